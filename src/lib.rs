@@ -1,0 +1,10 @@
+//! tyndall: a volumetric light transport research renderer.
+//!
+//! Bidirectional path tracing with every technique on or off, alone or in any set, under one multiple
+//! importance sampling weight; experiments that measure and compare the estimators.
+#![deny(missing_docs)]
+
+pub mod error;
+pub mod math;
+
+pub use error::{Error, Result};

@@ -1,0 +1,12 @@
+//! Frames, warps, discrete distributions, random streams and statistics.
+
+pub mod color;
+pub mod distribution;
+pub mod frame;
+pub mod rng;
+pub mod warp;
+
+pub use color::{Rgb, RgbExt};
+pub use distribution::{Discrete, Piecewise2d};
+pub use frame::Frame;
+pub use rng::{Stream, StreamKind};

@@ -1,0 +1,68 @@
+//! Maps from the unit square to the domains that are sampled, each with its density.
+
+use glam::{Vec2, Vec3A};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+
+/// Uniform on the unit disc, by the concentric map [Shirley & Chiu 1997]; density 1/π per area.
+#[inline]
+pub fn concentric_disc(u: Vec2) -> Vec2 {
+    let o = 2.0 * u - Vec2::ONE;
+    if o == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, theta) = if o.x.abs() > o.y.abs() {
+        (o.x, FRAC_PI_4 * (o.y / o.x))
+    } else {
+        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
+    };
+    let (sin, cos) = theta.sin_cos();
+    r * Vec2::new(cos, sin)
+}
+
+/// Cosine-weighted on the upper hemisphere; density [`cosine_hemisphere_pdf`] per solid angle.
+#[inline]
+pub fn cosine_hemisphere(u: Vec2) -> Vec3A {
+    let d = concentric_disc(u);
+    Vec3A::new(d.x, d.y, (1.0 - d.length_squared()).max(0.0).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] per solid angle; 0 below the horizon.
+#[inline]
+pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
+    cos_theta.max(0.0) * FRAC_1_PI
+}
+
+/// Uniform on the unit sphere; density 1/(4π) per solid angle.
+#[inline]
+pub fn uniform_sphere(u: Vec2) -> Vec3A {
+    let z = 1.0 - 2.0 * u.x;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    Vec3A::new(r * cos, r * sin, z)
+}
+
+/// Density of [`uniform_sphere`] per solid angle.
+pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
+/// Uniform in the cone about +z of half-angle θ, given 1 − cos θ (kept so, as it is small for narrow cones);
+/// density [`uniform_cone_pdf`] per solid angle.
+#[inline]
+pub fn uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3A {
+    let h = u.x * one_minus_cos_max;
+    let r = (h * (2.0 - h)).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    Vec3A::new(r * cos, r * sin, 1.0 - h)
+}
+
+/// Density of [`uniform_cone`] per solid angle, inside the cone.
+#[inline]
+pub fn uniform_cone_pdf(one_minus_cos_max: f32) -> f32 {
+    1.0 / (2.0 * PI * one_minus_cos_max)
+}
+
+/// Barycentric coordinates (of the second and third corner) uniform over a triangle.
+#[inline]
+pub fn uniform_triangle(u: Vec2) -> Vec2 {
+    let s = u.x.sqrt();
+    Vec2::new(s * (1.0 - u.y), s * u.y)
+}
