@@ -5,6 +5,7 @@
 #![deny(missing_docs)]
 
 pub mod error;
+pub mod experiment;
 pub mod math;
 
 pub use error::{Error, Result};

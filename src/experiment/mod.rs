@@ -1,0 +1,3 @@
+//! Experiments: scenes × estimators × independent runs, measured against a reference.
+
+pub mod results;

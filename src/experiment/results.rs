@@ -1,0 +1,498 @@
+//! What an experiment leaves behind: the schema of `results/<experiment>/results.json`.
+//!
+//! The file is a [`Results`], written by serde: every field below is a key of the same name. All paths are
+//! relative to the folder that holds `results.json`, with `/` between the parts; all times are seconds of rendering
+//! by the wall clock (reading scenes, computing metrics and writing files do not count); all images are linear
+//! Rec. 709. A number that does not exist (a confidence interval of a single run, say) is `null`.
+//!
+//! ```text
+//! results/<experiment>/
+//!     results.json            this file
+//!     results.csv             a row a (scene, estimator, run, metric): see `csv`
+//!     experiment.toml         the experiment as it was resolved
+//!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
+//!     <scene>/reference.png
+//!     <scene>/<estimator>/run-00.exr …   default layer, `variance`, and the technique layers that were asked for
+//!     <scene>/<estimator>/run-00.png     the first run: what the budget buys
+//!     <scene>/<estimator>/mean.exr       the mean over the runs, of every layer
+//!     <scene>/<estimator>/mean.png
+//!     <scene>/<estimator>/error.exr      a layer a metric: its map, the mean over the runs
+//!     <scene>/<estimator>/error-<metric>.png
+//! ```
+
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The version of the schema that this program writes. It grows when a reader of the old one would be misled;
+/// new keys alone do not change it.
+pub const SCHEMA: u32 = 1;
+
+/// The file's name within the folder of results.
+pub const FILE_NAME: &str = "results.json";
+
+/// Everything known about an experiment that ran, or is running.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// See [`SCHEMA`].
+    pub schema: u32,
+    /// The experiment's name: its file's, without `.toml`.
+    pub experiment: String,
+    /// For people; the name where the file has none.
+    pub title: String,
+    /// What it is about; may be empty. Plain text, paragraphs separated by blank lines.
+    pub description: String,
+    /// Name and version of the program, such as `tyndall 0.1.0`.
+    pub program: String,
+    /// Where it ran.
+    pub machine: Machine,
+    /// When it started, UTC, RFC 3339 to the second.
+    pub started: String,
+    /// When the last of these results was written, likewise.
+    pub finished: String,
+    /// Whether something that was asked for is missing: it was interrupted, or is still running.
+    pub partial: bool,
+    /// Independent runs that were asked for, each scene and estimator.
+    pub runs: u32,
+    /// The metrics, in the order in which they are to be shown; the first is the main one.
+    pub metrics: Vec<MetricInfo>,
+    /// The scenes, in order.
+    pub scenes: Vec<SceneResult>,
+    /// The estimators, in order.
+    pub estimators: Vec<EstimatorInfo>,
+    /// What was measured: a cell a (scene, estimator), scene by scene. A partial result lacks some.
+    pub cells: Vec<Cell>,
+    /// Which figures are wanted.
+    pub figures: Figures,
+    /// What the reader of the results should know.
+    pub warnings: Vec<String>,
+}
+
+/// A computer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    /// The processor as it calls itself; `unknown` where it does not tell.
+    pub cpu: String,
+    /// Processors that the system offered.
+    pub cores: usize,
+    /// Threads that rendered.
+    pub threads: usize,
+}
+
+/// A metric: the key under which values are stored, and how to show it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MetricInfo {
+    /// Such as `relmse`.
+    pub key: String,
+    /// Such as `relMSE`.
+    pub label: String,
+    /// One line on what it is.
+    pub description: String,
+    /// The value to which the top of the error maps' scale is set, each scene: the 99th percentile over the maps of
+    /// all its estimators. By the scene's key; a scene without maps is missing.
+    pub map_scale: BTreeMap<String, f64>,
+}
+
+/// A scene of the experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneResult {
+    /// Names it in [`Cell::scene`] and in paths.
+    pub key: String,
+    /// For people.
+    pub label: String,
+    /// For the page; may be empty.
+    pub caption: String,
+    /// The scene file as the experiment named it.
+    pub file: String,
+    /// Width of the images in pixels.
+    pub width: usize,
+    /// Height of the images in pixels.
+    pub height: usize,
+    /// Exposure at which its images are to be shown, in stops.
+    pub exposure: f32,
+    /// Parts of the images that are to be shown enlarged.
+    pub crops: Vec<Crop>,
+    /// What the estimators are measured against; none where the experiment has none.
+    pub reference: Option<Reference>,
+    /// What loading the scene warned about.
+    pub warnings: Vec<String>,
+}
+
+/// A rectangle of an image.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Crop {
+    /// For people; may be empty.
+    pub name: String,
+    /// Leftmost column.
+    pub x: usize,
+    /// Uppermost row.
+    pub y: usize,
+    /// In pixels.
+    pub width: usize,
+    /// In pixels.
+    pub height: usize,
+}
+
+/// An image taken for the truth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// Where it comes from.
+    pub kind: ReferenceKind,
+    /// The EXR in the folder of results.
+    pub exr: String,
+    /// The same as a PNG at the scene's exposure.
+    pub png: String,
+    /// Samples per pixel, where known.
+    pub spp: Option<u64>,
+    /// How long it took to render (now or, from the cache, earlier), where known.
+    pub seconds: Option<f64>,
+    /// The mean over pixels and channels of the variance of the image, from its own estimate; where known. The MSE of
+    /// an estimator without any error would come out as this.
+    pub variance: Option<f64>,
+    /// Whether it is still short of the samples that were asked for.
+    pub partial: bool,
+}
+
+/// Where a reference comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReferenceKind {
+    /// A file that the experiment names.
+    File(String),
+    /// Rendered with this technique set.
+    Estimator(String),
+}
+
+/// An estimator of the experiment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimatorInfo {
+    /// Names it in [`Cell::estimator`] and in paths.
+    pub key: String,
+    /// For people.
+    pub label: String,
+    /// For the page; may be empty.
+    pub caption: String,
+    /// sRGB, `#rrggbb`; different for each estimator of the experiment.
+    pub color: String,
+    /// What it was asked for, as far as it is the same in every scene.
+    pub settings: EstimatorSettings,
+}
+
+/// What an estimator does, resolved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimatorSettings {
+    /// Keys of its techniques, in the order of the table of techniques.
+    pub techniques: Vec<String>,
+    /// `balance`, or `power 2`.
+    pub heuristic: String,
+    /// Shortest paths, in segments; none: the scene's.
+    pub min_length: Option<u32>,
+    /// Longest paths, in segments; none: the scene's.
+    pub max_length: Option<u32>,
+    /// `none`, `families` or `all`.
+    pub layers: String,
+    /// With layers `all`: (s, t) layers for paths of up to so many segments.
+    pub pyramid: u32,
+    /// What each run may use.
+    pub budget: Budget,
+}
+
+/// What a run may use up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// So many samples per pixel, which is as many iterations.
+    Spp(u64),
+    /// So many seconds of rendering; the iteration under way at their end is completed.
+    Seconds(f64),
+}
+
+/// One estimator in one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The scene's key.
+    pub scene: String,
+    /// The estimator's key.
+    pub estimator: String,
+    /// Shortest paths that counted, in segments.
+    pub min_length: u32,
+    /// Longest paths that counted, in segments.
+    pub max_length: u32,
+    /// The runs that are there, in order.
+    pub runs: Vec<Run>,
+    /// Each metric over the runs, in the order of [`Results::metrics`]. Empty without a reference, but for
+    /// metrics that need none.
+    pub summary: Vec<Summary>,
+    /// Mean squared difference between a run and the mean of all, per pixel and channel, with the factor R/(R−1): the
+    /// variance of one run, whatever the reference. None for a single run.
+    pub variance: Option<Estimate>,
+    /// 1/(MSE · seconds), with the interval from the runs' products. None without a reference.
+    pub efficiency: Option<Estimate>,
+    /// 1/(variance · seconds): the same without a reference. None for a single run.
+    pub variance_efficiency: Option<Estimate>,
+    /// Seconds a run: the mean over the runs.
+    pub seconds: Estimate,
+    /// Samples per pixel a run: the mean over the runs.
+    pub spp: Estimate,
+    /// Error against samples and time: a curve a metric.
+    pub convergence: Vec<Curve>,
+    /// Where the images are.
+    pub files: Files,
+    /// What the reader of these numbers should know.
+    pub warnings: Vec<String>,
+}
+
+/// One run: one seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Number of the run, from 0.
+    pub index: u32,
+    /// Names all its random numbers.
+    pub seed: u64,
+    /// Samples per pixel that were made.
+    pub spp: u64,
+    /// Rendering, by the wall clock.
+    pub seconds: f64,
+    /// Camera subpaths that were walked.
+    pub camera_paths: u64,
+    /// Light subpaths that were walked.
+    pub light_paths: u64,
+    /// Contributions that were not finite and were dropped, by the technique's key; those without any are missing.
+    pub dropped: BTreeMap<String, u64>,
+    /// Whether it was stopped before its budget.
+    pub partial: bool,
+    /// Value of each metric, by its key.
+    pub metrics: BTreeMap<String, f64>,
+    /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end.
+    pub checkpoints: Vec<Checkpoint>,
+    /// Its EXR.
+    pub exr: String,
+}
+
+/// A run on its way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Samples per pixel so far.
+    pub spp: u64,
+    /// Seconds of rendering so far.
+    pub seconds: f64,
+    /// Value of each metric, by its key.
+    pub metrics: BTreeMap<String, f64>,
+}
+
+/// A number over the runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The mean.
+    pub mean: f64,
+    /// The 95% confidence interval of the mean; none for a single run.
+    pub interval: Option<Interval>,
+}
+
+/// A confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Its lower end.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+}
+
+/// A metric over the runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The metric's key.
+    pub metric: String,
+    /// Its mean and interval.
+    pub value: Estimate,
+}
+
+/// How a metric falls as a run goes on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// The metric's key.
+    pub metric: String,
+    /// By increasing samples: the points that every run has.
+    pub points: Vec<CurvePoint>,
+    /// Slope of log(metric) over log(samples); none with fewer than 3 points.
+    pub slope_spp: Option<Estimate>,
+    /// Slope of log(metric) over log(seconds); none with fewer than 3 points.
+    pub slope_seconds: Option<Estimate>,
+}
+
+/// A point of a [`Curve`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Samples per pixel.
+    pub spp: u64,
+    /// Seconds of rendering, the mean over the runs.
+    pub seconds: f64,
+    /// The metric over the runs.
+    pub value: Estimate,
+}
+
+/// The images of a [`Cell`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Files {
+    /// The first run as a PNG at the scene's exposure: what the budget buys.
+    pub png: String,
+    /// The first run as an EXR, with the technique layers that were asked for.
+    pub exr: String,
+    /// The mean over the runs as an EXR, layers and all: the best there is for strips and pyramids.
+    pub mean_exr: String,
+    /// The same as a PNG.
+    pub mean_png: String,
+    /// An EXR with a layer a metric: its map, R = G = B, the mean over the runs. None without a reference.
+    pub error_exr: Option<String>,
+    /// PNGs of these maps in false colour from 0 to [`MetricInfo::map_scale`], by the metric's key.
+    pub error_png: BTreeMap<String, String>,
+    /// Names of the layers of `exr` and `mean_exr` beside the default one and `variance`: `weighted.nee`,
+    /// `unweighted.s02t03` and so on.
+    pub layers: Vec<String>,
+}
+
+/// Which figures the experiment asks for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Images of all estimators in a row, in order, without more; for series of one estimator at several budgets.
+    pub strip: bool,
+    /// Images beside the reference, with crops and error maps.
+    pub comparison: bool,
+    /// Contributions of each technique, weighted and unweighted; wants layers.
+    pub techniques: bool,
+    /// Weighted (s, t) images for paths of `[min, max]` segments; wants layers `all`.
+    pub pyramid: Option<[u32; 2]>,
+    /// Error against samples and time.
+    pub convergence: bool,
+}
+
+impl Results {
+    /// The cell of a scene and an estimator, by their keys.
+    pub fn cell(&self, scene: &str, estimator: &str) -> Option<&Cell> {
+        self.cells.iter().find(|c| c.scene == scene && c.estimator == estimator)
+    }
+}
+
+impl Cell {
+    /// A metric over the runs, by its key.
+    pub fn metric(&self, key: &str) -> Option<Estimate> {
+        self.summary.iter().find(|s| s.metric == key).map(|s| s.value)
+    }
+}
+
+/// Reads the results in a folder, or in the `results.json` that is named itself.
+///
+/// # Errors
+/// A folder without results, a damaged file, or one of another version of the schema.
+pub fn read(dir: impl AsRef<Path>) -> Result<Results> {
+    let dir = dir.as_ref();
+    let path = if dir.is_file() { dir.to_owned() } else { dir.join(FILE_NAME) };
+    let text = match std::fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            let hint = "there are no results here: 'tyndall run EXPERIMENT.toml' makes them";
+            return Err(Error::file(&path, hint));
+        }
+        Err(e) => return Err(Error::io(&path, "read it", &e)),
+    };
+    let damaged =
+        |e: serde_json::Error| Error::at(&path, e.line(), e.column(), format!("damaged results: {e}"));
+    // The version comes first: an unknown one explains every other error.
+    #[derive(Deserialize)]
+    struct Version {
+        schema: u32,
+    }
+    let Version { schema } = serde_json::from_str(&text).map_err(damaged)?;
+    if schema != SCHEMA {
+        let message = format!("results of schema {schema}: this program reads schema {SCHEMA}");
+        return Err(Error::file(&path, message));
+    }
+    serde_json::from_str(&text).map_err(damaged)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn results() -> Results {
+        let estimate = Estimate { mean: 1.5, interval: Some(Interval { low: 1.0, high: 2.0 }) };
+        let run = Run {
+            index: 0,
+            seed: u64::MAX,
+            spp: 4,
+            seconds: 0.1,
+            camera_paths: 64,
+            light_paths: 0,
+            dropped: BTreeMap::from([("nee".into(), 2)]),
+            partial: true,
+            metrics: BTreeMap::from([("mse".into(), 1.0 / 3.0)]),
+            checkpoints: vec![Checkpoint { spp: 1, seconds: 0.02, metrics: BTreeMap::new() }],
+            exr: "box/pt/run-00.exr".into(),
+        };
+        let cell = Cell {
+            scene: "box".into(),
+            estimator: "pt".into(),
+            min_length: 1,
+            max_length: 64,
+            runs: vec![run],
+            summary: vec![Summary { metric: "mse".into(), value: estimate }],
+            variance: None,
+            efficiency: Some(estimate),
+            variance_efficiency: None,
+            seconds: Estimate { mean: 0.1, interval: None },
+            spp: Estimate { mean: 4.0, interval: None },
+            convergence: Vec::new(),
+            files: Files::default(),
+            warnings: Vec::new(),
+        };
+        Results {
+            schema: SCHEMA,
+            experiment: "e".into(),
+            title: "E".into(),
+            description: String::new(),
+            program: "tyndall".into(),
+            machine: Machine { cpu: "unknown".into(), cores: 2, threads: 1 },
+            started: "2026-01-01T00:00:00Z".into(),
+            finished: "2026-01-01T00:00:01Z".into(),
+            partial: true,
+            runs: 2,
+            metrics: Vec::new(),
+            scenes: Vec::new(),
+            estimators: Vec::new(),
+            cells: vec![cell],
+            figures: Figures {
+                strip: false,
+                comparison: true,
+                techniques: false,
+                pyramid: Some([2, 5]),
+                convergence: true,
+            },
+            warnings: vec!["é".into()],
+        }
+    }
+
+    #[test]
+    fn results_come_back_as_they_were_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let json = serde_json::to_string_pretty(&results()).unwrap();
+        std::fs::write(dir.path().join(FILE_NAME), json).unwrap();
+        let back = read(dir.path()).unwrap();
+        assert_eq!(back, results());
+        assert_eq!(back.cell("box", "pt").unwrap().metric("mse").unwrap().mean, 1.5);
+        assert!(back.cell("box", "bpt").is_none());
+        assert_eq!(read(dir.path().join(FILE_NAME)).unwrap(), back, "the file itself can be named");
+    }
+
+    #[test]
+    fn damage_and_other_versions_are_said() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(read(dir.path()).unwrap_err().to_string().contains("there are no results here"));
+        let path = dir.path().join(FILE_NAME);
+        let json = serde_json::to_string_pretty(&results()).unwrap();
+        std::fs::write(&path, &json[..json.len() / 2]).unwrap();
+        assert!(read(dir.path()).unwrap_err().to_string().contains("damaged results"));
+        std::fs::write(&path, json.replacen("\"schema\": 1", "\"schema\": 99", 1)).unwrap();
+        assert!(read(dir.path()).unwrap_err().to_string().contains("schema 99"));
+    }
+}
