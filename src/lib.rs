@@ -4,8 +4,10 @@
 //! importance sampling weight; experiments that measure and compare the estimators.
 #![deny(missing_docs)]
 
+pub mod bsdf;
 pub mod error;
 pub mod experiment;
 pub mod math;
+pub mod texture;
 
 pub use error::{Error, Result};

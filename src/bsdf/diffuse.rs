@@ -1,0 +1,59 @@
+//! Lambertian reflection: f = ρ/π on both sides.
+
+use super::{BsdfSample, BsdfValue, same_side};
+use crate::math::{Rgb, RgbExt, warp};
+use crate::texture::Texture;
+use glam::{Vec2, Vec3A};
+use std::f32::consts::FRAC_1_PI;
+
+/// A diffuse surface.
+#[derive(Clone, Debug)]
+pub struct Diffuse {
+    reflectance: Texture,
+}
+
+impl Diffuse {
+    /// With the share of light that is reflected, 0 to 1 in each channel.
+    pub fn new(reflectance: Texture) -> Result<Self, String> {
+        reflectance.check_reflectance("reflectance")?;
+        Ok(Self { reflectance })
+    }
+
+    #[inline]
+    pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        if !same_side(wl, wc) {
+            return BsdfValue::ZERO;
+        }
+        BsdfValue {
+            f: self.reflectance.eval(uv) * FRAC_1_PI,
+            pdf_lc: warp::cosine_hemisphere_pdf(wc.z.abs()),
+            pdf_cl: warp::cosine_hemisphere_pdf(wl.z.abs()),
+        }
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, uv: Vec2, from: Vec3A, u: Vec2) -> Option<BsdfSample> {
+        let mut to = warp::cosine_hemisphere(u);
+        let weight = self.reflectance.eval(uv);
+        if to.z <= 0.0 || from.z == 0.0 || weight.is_black() {
+            return None;
+        }
+        let pdf = warp::cosine_hemisphere_pdf(to.z);
+        let pdf_rev = warp::cosine_hemisphere_pdf(from.z.abs());
+        to.z = to.z.copysign(from.z);
+        Some(BsdfSample { to, weight, pdf, pdf_rev, specular: false })
+    }
+
+    #[inline]
+    pub(super) fn albedo(&self, uv: Vec2) -> Rgb {
+        self.reflectance.eval(uv)
+    }
+
+    pub(super) fn mean_albedo(&self) -> Rgb {
+        self.reflectance.average()
+    }
+
+    pub(super) fn albedo_bound(&self) -> f32 {
+        self.reflectance.max().max_element()
+    }
+}

@@ -1,0 +1,262 @@
+//! How surfaces scatter light.
+//!
+//! All directions are unit vectors, point away from the surface and are local to the shading frame: z = n_s, z > 0
+//! outside. `wl` is on the side of the path where the light is, `wc` on the side of the camera; `from` is the side
+//! that a walk comes from, `to` the side that it goes on to. f(wl → wc) is the radiance that leaves along wc, per
+//! irradiance that arrives from wl: for refraction it has the factor (η_c/η_l)², since L/η² is what a boundary
+//! conserves, and f(wl → wc)/η_c² = f(wc → wl)/η_l² [Veach 1997 (5.14)]. A light walk needs no correction of its own,
+//! because the arguments of f say where the light is, and not where the walk comes from.
+//!
+//! A smooth lobe can be evaluated, and so be used by connections; a specular one (a Dirac) can only be sampled.
+//! Opaque materials look the same from both sides.
+
+pub mod conductor;
+pub mod dielectric;
+pub mod diffuse;
+pub mod fresnel;
+pub mod ggx;
+pub mod layered;
+pub mod metals;
+pub mod mirror;
+pub mod null;
+pub mod phong;
+#[cfg(test)]
+mod tests;
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use ggx::{Ggx, Masking};
+pub use layered::Layered;
+pub use mirror::Mirror;
+pub use phong::Phong;
+
+use crate::math::Rgb;
+use glam::{Vec2, Vec3A};
+
+/// What a walk carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// A camera walk, which gathers radiance: `from` is the camera's side.
+    Radiance,
+    /// A light walk, which carries importance-weighted power: `from` is the light's side.
+    Importance,
+}
+
+impl Mode {
+    /// (wl, wc) of a walk that comes from `from` and goes on to `to`.
+    #[inline]
+    pub fn order(self, from: Vec3A, to: Vec3A) -> (Vec3A, Vec3A) {
+        match self {
+            Self::Radiance => (to, from),
+            Self::Importance => (from, to),
+        }
+    }
+}
+
+/// The smooth lobes of a material for one pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfValue {
+    /// f(wl → wc), 1/sr, without any cosine.
+    pub f: Rgb,
+    /// Density per solid angle with which `sample(from = wl)` gives wc.
+    pub pdf_lc: f32,
+    /// Density per solid angle with which `sample(from = wc)` gives wl.
+    pub pdf_cl: f32,
+}
+
+impl BsdfValue {
+    /// Nothing is scattered, and nothing sampled.
+    pub const ZERO: Self = Self { f: Rgb::ZERO, pdf_lc: 0.0, pdf_cl: 0.0 };
+
+    /// The densities as (forward, reverse) of a walk in `mode`.
+    #[inline]
+    pub fn pdfs(&self, mode: Mode) -> (f32, f32) {
+        match mode {
+            Mode::Radiance => (self.pdf_cl, self.pdf_lc),
+            Mode::Importance => (self.pdf_lc, self.pdf_cl),
+        }
+    }
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Where the walk goes on to.
+    pub to: Vec3A,
+    /// f·|cos θ_to| / pdf, over all lobes of the same kind (smooth or specular) that could have made it.
+    pub weight: Rgb,
+    /// Smooth: density per solid angle of `to`. Specular: the discrete probability of the choice.
+    pub pdf: f32,
+    /// Smooth: density per solid angle of `from`, as seen from `to`. Specular: the discrete probability of the
+    /// reverse choice times dω_to/dω_from, so that pdf_rev/pdf is the ratio of the densities in one measure.
+    pub pdf_rev: f32,
+    /// True for a Dirac.
+    pub specular: bool,
+}
+
+impl BsdfSample {
+    /// A smooth sample of `value`, made in `mode` from `from` to `to`. `None` where the density is 0.
+    #[inline]
+    fn smooth(value: &BsdfValue, mode: Mode, to: Vec3A) -> Option<Self> {
+        let (pdf, pdf_rev) = value.pdfs(mode);
+        if pdf > 0.0 {
+            let weight = value.f * (to.z.abs() / pdf);
+            Some(Self { to, weight, pdf, pdf_rev, specular: false })
+        } else {
+            None
+        }
+    }
+}
+
+/// What a surface is made of.
+#[derive(Clone, Debug)]
+pub enum Material {
+    /// Lambertian reflection.
+    Diffuse(Diffuse),
+    /// Perfect reflection of a fixed colour.
+    Mirror(Mirror),
+    /// A metal, smooth or rough.
+    Conductor(Conductor),
+    /// Glass, water and the like, smooth or rough.
+    Dielectric(Dielectric),
+    /// A diffuse base with a Phong lobe.
+    Phong(Phong),
+    /// A sum of the others by fixed weights.
+    Layered(Layered),
+    /// An index-matched boundary: not there for light.
+    Null,
+}
+
+impl Material {
+    /// f(wl → wc) and both densities, of the smooth lobes. Not to be asked of Null, which scatters nothing.
+    #[inline]
+    pub fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        match self {
+            Self::Diffuse(m) => m.evaluate(uv, wl, wc),
+            Self::Conductor(m) => m.evaluate(uv, wl, wc),
+            Self::Dielectric(m) => m.evaluate(uv, wl, wc),
+            Self::Phong(m) => m.evaluate(uv, wl, wc),
+            Self::Layered(m) => m.evaluate(uv, wl, wc),
+            Self::Mirror(_) | Self::Null => BsdfValue::ZERO,
+        }
+    }
+
+    /// Density per solid angle with which the smooth lobes give `to` when sampled from `from`. It is the same in both
+    /// modes: sampling does not depend on the mode, only the weight does.
+    #[inline]
+    pub fn pdf(&self, uv: Vec2, from: Vec3A, to: Vec3A) -> f32 {
+        self.evaluate(uv, from, to).pdf_lc
+    }
+
+    /// A direction to go on to. `u`: uniforms in [0, 1), for the lobe and for the direction. `None` where the
+    /// sample scatters nothing: below the horizon, grazing, or black.
+    #[inline]
+    pub fn sample(&self, uv: Vec2, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
+        match self {
+            Self::Diffuse(m) => m.sample(uv, from, u.1),
+            Self::Mirror(m) => m.sample(uv, from),
+            Self::Conductor(m) => m.sample(uv, from, mode, u.1),
+            Self::Dielectric(m) => m.sample(uv, from, mode, u),
+            Self::Phong(m) => m.sample(uv, from, mode, u),
+            Self::Layered(m) => m.sample(uv, from, mode, u),
+            Self::Null => Some(null::pass(from)),
+        }
+    }
+
+    /// An estimate of the share of light that is scattered at `uv`, a channel each: exact for diffuse and mirror, at
+    /// normal incidence for conductors, the tints for dielectrics. It depends on the point alone.
+    pub fn albedo(&self, uv: Vec2) -> Rgb {
+        match self {
+            Self::Diffuse(m) => m.albedo(uv),
+            Self::Mirror(m) => m.albedo(uv),
+            Self::Conductor(m) => m.albedo(uv),
+            Self::Dielectric(m) => m.albedo(uv),
+            Self::Phong(m) => m.albedo(uv),
+            Self::Layered(m) => m.albedo(uv),
+            Self::Null => Rgb::ONE,
+        }
+    }
+
+    /// [`Self::albedo`] averaged over the textures.
+    pub fn mean_albedo(&self) -> Rgb {
+        match self {
+            Self::Diffuse(m) => m.mean_albedo(),
+            Self::Mirror(m) => m.mean_albedo(),
+            Self::Conductor(m) => m.mean_albedo(),
+            Self::Dielectric(m) => m.mean_albedo(),
+            Self::Phong(m) => m.mean_albedo(),
+            Self::Layered(m) => m.mean_albedo(),
+            Self::Null => Rgb::ONE,
+        }
+    }
+
+    /// An upper bound of the scattered share of light in any channel, over all points and directions. Above 1 the
+    /// material can make light: whoever loads a scene should warn.
+    pub fn albedo_bound(&self) -> f32 {
+        match self {
+            Self::Diffuse(m) => m.albedo_bound(),
+            Self::Mirror(m) => m.albedo_bound(),
+            Self::Conductor(m) => m.albedo_bound(),
+            Self::Dielectric(m) => m.albedo_bound(),
+            Self::Phong(m) => m.albedo_bound(),
+            Self::Layered(m) => m.albedo_bound(),
+            Self::Null => 1.0,
+        }
+    }
+
+    /// Probability that a subpath goes on from here: a function of the point alone, so that it is known from both
+    /// ends. The albedo's largest channel, at most 1.
+    #[inline]
+    pub fn continuation(&self, uv: Vec2) -> f32 {
+        self.albedo(uv).max_element().min(1.0)
+    }
+
+    /// True for an index-matched boundary: not a vertex of any path.
+    #[inline]
+    pub fn is_null(&self) -> bool {
+        matches!(self, Self::Null)
+    }
+
+    /// True where some lobe can be evaluated, and a connection can end here.
+    #[inline]
+    pub fn has_smooth(&self) -> bool {
+        match self {
+            Self::Diffuse(_) | Self::Phong(_) => true,
+            Self::Conductor(m) => m.is_rough(),
+            Self::Dielectric(m) => m.is_rough(),
+            Self::Layered(m) => m.has_smooth(),
+            Self::Mirror(_) | Self::Null => false,
+        }
+    }
+
+    /// True where some lobe is a Dirac.
+    #[inline]
+    pub fn has_specular(&self) -> bool {
+        match self {
+            Self::Diffuse(_) | Self::Phong(_) => false,
+            Self::Conductor(m) => !m.is_rough(),
+            Self::Dielectric(m) => !m.is_rough(),
+            Self::Layered(m) => m.has_specular(),
+            Self::Mirror(_) | Self::Null => true,
+        }
+    }
+}
+
+/// `w` mirrored at the surface: on the other side of it.
+#[inline]
+fn flip_z(w: Vec3A) -> Vec3A {
+    w * Vec3A::new(1.0, 1.0, -1.0)
+}
+
+/// `w` reflected about the normal: on the same side.
+#[inline]
+fn reflect_z(w: Vec3A) -> Vec3A {
+    w * Vec3A::new(-1.0, -1.0, 1.0)
+}
+
+/// True where both directions lie strictly on the same side.
+#[inline]
+fn same_side(a: Vec3A, b: Vec3A) -> bool {
+    (a.z > 0.0 && b.z > 0.0) || (a.z < 0.0 && b.z < 0.0)
+}
