@@ -7,6 +7,7 @@
 pub mod bsdf;
 pub mod error;
 pub mod experiment;
+pub mod geometry;
 pub mod math;
 pub mod texture;
 

@@ -1,0 +1,134 @@
+//! The acceleration structure: a tree of four-way nodes over blocks of up to four triangles, spheres and discs.
+//!
+//! obvhs builds a binary tree (parallel locally-ordered clustering, then reinsertion); [`build`] merges it into
+//! four-way nodes with the least expected cost, and [`traverse`] walks it with four boxes a step. Boxes are kept in
+//! full f32, so there is no grid to fall off in small scenes, and each ray widens them by a bound on what rounding can
+//! do to it: see [`traverse::Query`].
+
+mod build;
+mod traverse;
+
+use super::aabb::Aabb;
+use super::quadric::{Disc, Sphere};
+use super::triangle::Block;
+use glam::{Vec2, Vec3, Vec4};
+
+/// A primitive to build over.
+pub(super) enum Primitive {
+    Triangle([Vec3; 3]),
+    Sphere(Sphere),
+    Disc(Disc),
+}
+
+/// What a child of a node is: two bits of kind, then an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+/// A child, taken apart.
+pub(super) enum Leaf {
+    Block(usize),
+    Sphere(usize),
+    Disc(usize),
+}
+
+const INDEX_BITS: u32 = 30;
+
+impl Child {
+    const NODE: u32 = 0;
+    const BLOCK: u32 = 1;
+    const SPHERE: u32 = 2;
+    const DISC: u32 = 3;
+    const NONE: Self = Self(0);
+
+    fn new(kind: u32, index: usize) -> Self {
+        debug_assert!(index < 1 << INDEX_BITS);
+        Self(kind << INDEX_BITS | index as u32)
+    }
+
+    #[inline(always)]
+    fn index(self) -> usize {
+        (self.0 & ((1 << INDEX_BITS) - 1)) as usize
+    }
+
+    #[inline(always)]
+    fn kind(self) -> u32 {
+        self.0 >> INDEX_BITS
+    }
+
+    /// The leaf that it is. Not for inner nodes.
+    #[inline(always)]
+    pub(super) fn leaf(self) -> Leaf {
+        match self.kind() {
+            Self::BLOCK => Leaf::Block(self.index()),
+            Self::SPHERE => Leaf::Sphere(self.index()),
+            _ => Leaf::Disc(self.index()),
+        }
+    }
+}
+
+/// Four boxes and what is in them; 112 bytes. The box of an empty place is inside out and is never entered.
+#[derive(Clone, Debug)]
+#[repr(C)]
+struct Node {
+    /// For each axis, the lower and the upper bounds of the four boxes.
+    bounds: [[Vec4; 2]; 3],
+    child: [Child; 4],
+}
+
+/// What a ray met first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    pub t: f32,
+    pub child: Child,
+    pub lane: usize,
+    /// Of a triangle: barycentric coordinates of the second and third corner.
+    pub barycentric: Vec2,
+}
+
+/// The tree with its primitives.
+#[derive(Debug, Default)]
+pub(super) struct Bvh {
+    nodes: Vec<Node>,
+    pub blocks: Vec<Block>,
+    pub spheres: Vec<(Sphere, u32)>,
+    pub discs: Vec<(Disc, u32)>,
+    /// Entries that the stack of a traversal can come to hold.
+    stack: usize,
+    bounds: Option<Aabb>,
+}
+
+impl Bvh {
+    /// Bytes of memory.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.blocks)
+            + size_of_val(&*self.spheres)
+            + size_of_val(&*self.discs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ray::Ray;
+    use super::super::triangle::Shear;
+    use super::Bvh;
+
+    impl Bvh {
+        /// Distance of the closest hit, by all leaves one by one.
+        pub(in super::super) fn closest_of_all(&self, ray: &Ray) -> Option<f32> {
+            let shear = Shear::new(ray);
+            let (o, d) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+            let mut t = ray.t_max;
+            for block in &self.blocks {
+                t = block.hit(ray, &shear, t).map_or(t, |h| h.0);
+            }
+            for (sphere, _) in &self.spheres {
+                t = sphere.hit(o, d, f64::from(t)).map_or(t, |h| h as f32);
+            }
+            for (disc, _) in &self.discs {
+                t = disc.hit(o, d, f64::from(t)).map_or(t, |h| h as f32);
+            }
+            (t < ray.t_max).then_some(t)
+        }
+    }
+}

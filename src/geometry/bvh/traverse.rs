@@ -1,0 +1,189 @@
+//! Rays through the tree.
+
+use super::super::ray::Ray;
+use super::super::triangle::Shear;
+use super::{Bvh, Child, Found, Leaf, Node};
+use glam::{DVec3, Vec2, Vec3A, Vec4};
+
+/// Entries that a traversal keeps on the machine's stack; a tree that needs more takes them from the heap.
+const STACK: usize = 64;
+
+/// What of a ray the tests of boxes need.
+///
+/// A box is entered through its near planes and left through its far ones. Each set has an origin of its own, moved
+/// apart by `pad`, which widens all boxes by a bound on (a) how far the triangle test moves corners by rounding (a few
+/// ulps of their distance) and (b) the rounding of the box test itself. So the boxes lose no hit that the triangle test
+/// would find, and rays along a box's face, with zeros of either sign in their direction, need no special case.
+pub(in super::super) struct Query {
+    near: [Vec4; 3],
+    far: [Vec4; 3],
+    inverse: [Vec4; 3],
+    /// Which of a box's two bounds is the near one.
+    sign: [usize; 3],
+    shear: Shear,
+    origin: DVec3,
+    dir: DVec3,
+}
+
+impl Bvh {
+    #[inline(always)]
+    fn query(&self, ray: &Ray) -> Query {
+        let bounds = self.bounds.as_ref().map_or((Vec3A::ZERO, Vec3A::ZERO), |b| (b.min, b.max));
+        let reach = (bounds.1 - ray.origin).abs().max((bounds.0 - ray.origin).abs()).max_element();
+        let pad = 2f32.powi(-20) * reach + 2f32.powi(-22) * ray.origin.abs().max_element();
+        let dir = ray.dir.to_array();
+        let origin = ray.origin.to_array();
+        // A component of (nearly) zero: a slab is crossed at once, or never.
+        let inverse = dir.map(|d| if d.abs() > 1e-20 { 1.0 / d } else { 1e20f32.copysign(d) });
+        let moved = inverse.map(|i| pad.copysign(i));
+        Query {
+            near: std::array::from_fn(|a| Vec4::splat(origin[a] + moved[a])),
+            far: std::array::from_fn(|a| Vec4::splat(origin[a] - moved[a])),
+            inverse: inverse.map(Vec4::splat),
+            sign: inverse.map(|i| usize::from(i < 0.0)),
+            shear: Shear::new(ray),
+            origin: ray.origin.as_dvec3(),
+            dir: ray.dir.as_dvec3(),
+        }
+    }
+
+    /// What the ray meets first.
+    #[inline]
+    pub(in super::super) fn closest(&self, ray: &Ray) -> Option<Found> {
+        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, barycentric: Vec2::ZERO };
+        self.walk::<false>(ray, &mut found).then_some(found)
+    }
+
+    /// Whether the ray meets anything.
+    #[inline]
+    pub(in super::super) fn any(&self, ray: &Ray) -> bool {
+        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, barycentric: Vec2::ZERO };
+        self.walk::<true>(ray, &mut found)
+    }
+
+    #[inline(always)]
+    fn walk<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
+        if self.stack <= STACK {
+            self.walk_with::<ANY>(ray, found, &mut [0; STACK])
+        } else {
+            self.walk_deep::<ANY>(ray, found)
+        }
+    }
+
+    /// For trees of unusual depth.
+    #[cold]
+    #[inline(never)]
+    fn walk_deep<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        self.walk_with::<ANY>(ray, found, &mut vec![0; self.stack])
+    }
+
+    /// Depth first, near children first. An entry of the stack is a distance (its bits, which sort as it does) above a
+    /// child, so that what lies behind a hit found meanwhile is skipped.
+    #[inline(always)]
+    fn walk_with<const ANY: bool>(&self, ray: &Ray, found: &mut Found, stack: &mut [u64]) -> bool {
+        let query = self.query(ray);
+        let mut any = false;
+        let mut top = 0;
+        let mut current = Child::new(Child::NODE, 0);
+        loop {
+            if current.kind() == Child::NODE {
+                let mut entries = [0; 4];
+                let count = self.nodes[current.index()].enter(&query, found.t, &mut entries);
+                if count > 0 {
+                    sort(&mut entries, count);
+                    for entry in entries[1..count].iter().rev() {
+                        stack[top] = *entry;
+                        top += 1;
+                    }
+                    current = Child(entries[0] as u32);
+                    continue;
+                }
+            } else if self.test(current, ray, &query, found) {
+                any = true;
+                if ANY {
+                    return true;
+                }
+            }
+            loop {
+                if top == 0 {
+                    return any;
+                }
+                top -= 1;
+                let entry = stack[top];
+                if f32::from_bits((entry >> 32) as u32) <= found.t {
+                    current = Child(entry as u32);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Test a leaf; whether it has the nearest hit so far.
+    #[inline(always)]
+    fn test(&self, child: Child, ray: &Ray, query: &Query, found: &mut Found) -> bool {
+        let round = |t: Option<f64>| t.map(|t| (t as f32, 0, Vec2::ZERO));
+        let limit = f64::from(found.t);
+        let hit = match child.leaf() {
+            Leaf::Block(i) => self.blocks[i].hit(ray, &query.shear, found.t),
+            Leaf::Sphere(i) => round(self.spheres[i].0.hit(query.origin, query.dir, limit)),
+            Leaf::Disc(i) => round(self.discs[i].0.hit(query.origin, query.dir, limit)),
+        };
+        if let Some((t, lane, barycentric)) = hit {
+            *found = Found { t, child, lane, barycentric };
+        }
+        hit.is_some()
+    }
+}
+
+impl Node {
+    /// The children whose boxes the ray enters before `t_max`, as entries for the stack; how many.
+    #[inline(always)]
+    fn enter(&self, q: &Query, t_max: f32, entries: &mut [u64; 4]) -> usize {
+        let mut t0 = Vec4::ZERO;
+        let mut t1 = Vec4::splat(t_max);
+        for a in 0..3 {
+            let s = q.sign[a] & 1;
+            t0 = t0.max((self.bounds[a][s] - q.near[a]) * q.inverse[a]);
+            t1 = t1.min((self.bounds[a][s ^ 1] - q.far[a]) * q.inverse[a]);
+        }
+        let mut mask = t0.cmple(t1).bitmask();
+        let t0 = t0.to_array();
+        let mut count = 0;
+        while mask != 0 {
+            let place = mask.trailing_zeros() as usize & 3;
+            mask &= mask - 1;
+            entries[count & 3] = u64::from(t0[place].to_bits()) << 32 | u64::from(self.child[place].0);
+            count += 1;
+        }
+        count
+    }
+}
+
+/// Sort the first `count` of four.
+#[inline(always)]
+fn sort(entries: &mut [u64; 4], count: usize) {
+    let mut order = |a: usize, b: usize| {
+        let (x, y) = (entries[a], entries[b]);
+        entries[a] = x.min(y);
+        entries[b] = x.max(y);
+    };
+    match count {
+        0 | 1 => {}
+        2 => order(0, 1),
+        3 => {
+            order(0, 1);
+            order(1, 2);
+            order(0, 1);
+        }
+        _ => {
+            order(0, 1);
+            order(2, 3);
+            order(0, 2);
+            order(1, 3);
+            order(1, 2);
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Shapes: rays against them, points on them, meshes from files.
+//!
+//! A scene's shapes become one flat list of primitives (triangles, spheres, discs) in world space under one
+//! acceleration structure. [`Geometry::intersect`] and [`Geometry::occluded`] are the renderer's innermost loop.
+//!
+//! How rays stay on their side of a surface: triangle tests are watertight; points on surfaces are computed in f64 and
+//! rounded once; [`SurfacePoint::spawn`] and [`shadow_ray`] move origins by a few ulps; and hits near a ray's ends are
+//! decided in f64. So nothing leaks through thin walls or along edges, whatever the scene's scale.
+
+mod aabb;
+mod bvh;
+mod mesh;
+mod quadric;
+mod ray;
+mod sample;
+mod shape;
+mod stats;
+#[cfg(test)]
+mod tests;
+pub mod transform;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use mesh::TriangleMesh;
+pub use ray::{Ray, offset_origin, shadow_ray};
+pub use shape::{Hit, ShapeDesc, SurfacePoint};
+pub use stats::{ShapeKind, ShapeStats};
+
+use crate::math::Discrete;
+use bvh::{Bvh, Leaf, Primitive};
+use glam::Vec3A;
+use quadric::{Disc, Sphere};
+use std::sync::OnceLock;
+
+/// All shapes of a scene.
+#[derive(Debug)]
+pub struct Geometry {
+    shapes: Vec<Shape>,
+    /// The shape of each primitive.
+    shape_of: Vec<u32>,
+    bvh: Bvh,
+    bounds: Aabb,
+}
+
+#[derive(Debug)]
+struct Shape {
+    desc: ShapeDesc,
+    see_through: bool,
+    /// The first of its primitives.
+    first: u32,
+    area: f32,
+    /// Triangles by area, made when first asked for: few shapes are lights.
+    picker: OnceLock<Option<Discrete>>,
+}
+
+impl Geometry {
+    /// From shapes, whose ids are their places in the list. They must pass [`ShapeDesc::check`].
+    pub fn build(shapes: Vec<ShapeDesc>) -> Self {
+        Self::build_with(shapes.into_iter().map(|s| (s, false)).collect())
+    }
+
+    /// From shapes, each with whether it is see-through: index-matched, a boundary of media alone. Rays pass through
+    /// those and do not report them; they still count for bounds, areas and sampling.
+    pub fn build_with(shapes: Vec<(ShapeDesc, bool)>) -> Self {
+        let mut shape_of = Vec::new();
+        let mut primitives = Vec::new();
+        let mut bounds = Aabb::EMPTY;
+        let mut list = Vec::with_capacity(shapes.len());
+        for (id, (desc, see_through)) in shapes.into_iter().enumerate() {
+            let first = shape_of.len() as u32;
+            shape_of.resize(shape_of.len() + desc.primitives(), id as u32);
+            bounds = bounds.union(desc.bounds());
+            if !see_through {
+                match desc {
+                    ShapeDesc::Sphere { centre, radius } => {
+                        primitives.push((Primitive::Sphere(Sphere { centre, radius }), first));
+                    }
+                    ShapeDesc::Disc { centre, normal, radius } => {
+                        primitives.push((Primitive::Disc(Disc { centre, normal, radius }), first));
+                    }
+                    ShapeDesc::Mesh(ref mesh) => primitives.extend(
+                        (0..mesh.indices().len())
+                            .map(|i| (Primitive::Triangle(mesh.corners(i)), first + i as u32)),
+                    ),
+                }
+            }
+            let area = desc.area() as f32;
+            list.push(Shape { desc, see_through, first, area, picker: OnceLock::new() });
+        }
+        Self { shapes: list, shape_of, bvh: Bvh::build(&primitives), bounds }
+    }
+
+    /// What a ray meets first, see-through shapes apart.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let found = self.bvh.closest(ray)?;
+        let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);
+        let point = match found.child.leaf() {
+            Leaf::Block(i) => {
+                let block = &self.bvh.blocks[i];
+                let prim = block.prim[found.lane & 3];
+                self.triangle(prim, block.corners(found.lane), found.barycentric)
+            }
+            Leaf::Sphere(i) => {
+                let (sphere, prim) = &self.bvh.spheres[i];
+                sphere.point(at(ray.origin) - sphere.centre.as_dvec3(), self.shape_of[*prim as usize], *prim)
+            }
+            Leaf::Disc(i) => {
+                let (disc, prim) = &self.bvh.discs[i];
+                disc.point(at(ray.origin), self.shape_of[*prim as usize], *prim)
+            }
+        };
+        Some(Hit { t: found.t, point })
+    }
+
+    /// Whether anything lies on the ray, see-through shapes apart.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.bvh.any(ray)
+    }
+
+    /// The point of triangle `prim` at barycentric coordinates `b`.
+    #[inline]
+    fn triangle(&self, prim: u32, corners: [glam::Vec3; 3], b: glam::Vec2) -> SurfacePoint {
+        let id = self.shape_of[prim as usize];
+        let shape = &self.shapes[id as usize];
+        match &shape.desc {
+            ShapeDesc::Mesh(mesh) => {
+                shape::mesh_point(mesh, (prim - shape.first) as usize, corners, b, id, prim)
+            }
+            ShapeDesc::Sphere { .. } | ShapeDesc::Disc { .. } => unreachable!("triangles belong to meshes"),
+        }
+    }
+
+    /// Number of shapes.
+    pub fn shape_count(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Number of primitives of all shapes.
+    pub fn primitive_count(&self) -> usize {
+        self.shape_of.len()
+    }
+
+    /// What a shape was made of.
+    pub fn shape(&self, shape: u32) -> &ShapeDesc {
+        &self.shapes[shape as usize].desc
+    }
+
+    /// Whether rays pass through a shape.
+    pub fn is_see_through(&self, shape: u32) -> bool {
+        self.shapes[shape as usize].see_through
+    }
+
+    /// Numbers about a shape.
+    pub fn stats(&self, shape: u32) -> ShapeStats {
+        ShapeStats::of(&self.shapes[shape as usize].desc)
+    }
+
+    /// The least box about all shapes; [`Aabb::EMPTY`] without any.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Centre and radius of a sphere about all shapes: that of their box. Radius 0 without any.
+    pub fn bounding_sphere(&self) -> (Vec3A, f32) {
+        // Rounded up, so that the corners are inside.
+        (self.bounds.centre(), 0.5 * self.bounds.size().length() * (1.0 + 1e-6))
+    }
+
+    /// Memory of the acceleration structure, with the triangles in it, in bytes.
+    pub fn acceleration_bytes(&self) -> usize {
+        self.bvh.bytes()
+    }
+}

@@ -1,0 +1,164 @@
+//! Spheres and discs: intersection, points on them, sampling.
+//!
+//! There are few of them in a scene, so all is done in f64: no root is lost to cancellation, however small and far
+//! away the sphere is.
+
+use super::SurfacePoint;
+use crate::math::{Frame, warp};
+use glam::{DVec3, Vec2, Vec3A};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// What is taken for zero beside one in f64, a hundred roundings.
+const TINY: f64 = 2e-14;
+
+/// A sphere in world space, outside outwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre (metres).
+    pub centre: Vec3A,
+    /// Radius (metres), positive.
+    pub radius: f32,
+}
+
+/// A flat disc in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Centre (metres).
+    pub centre: Vec3A,
+    /// Unit normal, towards the outside.
+    pub normal: Vec3A,
+    /// Radius (metres), positive.
+    pub radius: f32,
+}
+
+impl Sphere {
+    /// The nearest distance in (0, `t_max`) at which a ray meets the sphere.
+    #[inline]
+    pub(super) fn hit(&self, origin: DVec3, dir: DVec3, t_max: f64) -> Option<f64> {
+        let radius2 = f64::from(self.radius).powi(2);
+        let from_centre = origin - self.centre.as_dvec3();
+        let a = dir.length_squared();
+        let half_b = from_centre.dot(dir);
+        let mut c = from_centre.length_squared() - radius2;
+        // An origin that lies on the sphere to the last bit is on it: its own root is not a hit.
+        if c.abs() <= TINY * radius2 {
+            c = 0.0;
+        }
+        // The discriminant from the distance of the line to the centre: no cancellation for small spheres far away
+        // [Haines et al. 2019].
+        let discriminant = radius2 - (from_centre - dir * (half_b / a)).length_squared();
+        if discriminant < 0.0 {
+            return None;
+        }
+        let q = -(half_b + (a * discriminant).sqrt().copysign(half_b));
+        let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
+        let (near, far) = if t0 < t1 { (t0, t1) } else { (t1, t0) };
+        if near > 0.0 && near < t_max {
+            return Some(near);
+        }
+        (near <= 0.0 && far > 0.0 && far < t_max).then_some(far)
+    }
+
+    /// The point of the sphere in the direction `n` from its centre (any length but 0).
+    #[inline]
+    pub(super) fn point(&self, n: DVec3, shape: u32, prim: u32) -> SurfacePoint {
+        let n = n.normalize();
+        let p = (self.centre.as_dvec3() + n * f64::from(self.radius)).as_vec3a();
+        let ng = n.as_vec3a();
+        let turn = ng.z.atan2(ng.x) * (0.5 * FRAC_1_PI);
+        let uv =
+            Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, ng.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI);
+        SurfacePoint { p, ng, ns: ng, uv, shape, prim }
+    }
+
+    /// Area in m².
+    pub(super) fn area(&self) -> f64 {
+        4.0 * std::f64::consts::PI * f64::from(self.radius).powi(2)
+    }
+
+    /// Sine squared and 1 − cosine of half the angle that the sphere fills seen from a point; `None` from inside.
+    #[inline]
+    fn cone(&self, from: Vec3A) -> Option<(f64, f64)> {
+        let distance2 = (from.as_dvec3() - self.centre.as_dvec3()).length_squared();
+        let sin2 = f64::from(self.radius).powi(2) / distance2;
+        // Points on the sphere are rounded to either side of it; there the cone is half of all directions.
+        (sin2 < 1.0 - 1e-6).then(|| (sin2, sin2 / (1.0 + (1.0 - sin2).sqrt())))
+    }
+
+    /// A point uniform in the cone of directions in which `from` sees the sphere; `None` from inside.
+    pub(super) fn sample_cone(&self, from: Vec3A, u: Vec2, shape: u32, prim: u32) -> Option<SurfacePoint> {
+        let (sin2_max, one_minus_cos_max) = self.cone(from)?;
+        let to_viewer = (from.as_dvec3() - self.centre.as_dvec3()).normalize();
+        let h = f64::from(u.x) * one_minus_cos_max;
+        let (sin2, cos) = (h * (2.0 - h), 1.0 - h);
+        // The angle at the centre between the viewer and the point, from the sine rule.
+        let cos_at_centre = sin2 / sin2_max.sqrt() + cos * (1.0 - (sin2 / sin2_max).min(1.0)).sqrt();
+        let sin_at_centre = (1.0 - cos_at_centre * cos_at_centre).max(0.0).sqrt();
+        let frame = Frame::from_normal(to_viewer.as_vec3a());
+        let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+        let across = (frame.s * cos_phi + frame.t * sin_phi).as_dvec3();
+        Some(self.point(to_viewer * cos_at_centre + across * sin_at_centre, shape, prim))
+    }
+
+    /// Density per area with which [`Self::sample_cone`] gives `point`; `None` from inside.
+    pub(super) fn pdf_cone(&self, from: Vec3A, point: &SurfacePoint) -> Option<f32> {
+        let (_, one_minus_cos_max) = self.cone(from)?;
+        let to_viewer = from.as_dvec3() - point.p.as_dvec3();
+        let distance2 = to_viewer.length_squared();
+        let cos = point.ng.as_dvec3().dot(to_viewer) / distance2.sqrt();
+        let per_solid_angle = 1.0 / (2.0 * std::f64::consts::PI * one_minus_cos_max);
+        Some((per_solid_angle * cos.max(0.0) / distance2) as f32)
+    }
+
+    /// A point uniform over the area.
+    pub(super) fn sample_area(&self, u: Vec2, shape: u32, prim: u32) -> SurfacePoint {
+        self.point(warp::uniform_sphere(u).as_dvec3(), shape, prim)
+    }
+}
+
+impl Disc {
+    /// The distance in (0, `t_max`) at which a ray meets the disc.
+    #[inline]
+    pub(super) fn hit(&self, origin: DVec3, dir: DVec3, t_max: f64) -> Option<f64> {
+        let n = self.normal.as_dvec3();
+        let to_centre = self.centre.as_dvec3() - origin;
+        let height = to_centre.dot(n);
+        // An origin in the plane to the last bit does not hit it.
+        if height.abs() <= TINY * to_centre.abs().dot(n.abs()) {
+            return None;
+        }
+        let t = height / dir.dot(n);
+        let inside = (dir * t - to_centre).length_squared() <= f64::from(self.radius).powi(2);
+        (t > 0.0 && t < t_max && inside).then_some(t)
+    }
+
+    /// The point of the disc's plane nearest to `p`.
+    #[inline]
+    pub(super) fn point(&self, p: DVec3, shape: u32, prim: u32) -> SurfacePoint {
+        let n = self.normal.as_dvec3();
+        let from_centre = p - self.centre.as_dvec3();
+        let in_plane = from_centre - n * (from_centre.dot(n) / n.length_squared());
+        let local = Frame::from_normal(self.normal).to_local((in_plane / f64::from(self.radius)).as_vec3a());
+        SurfacePoint {
+            p: (self.centre.as_dvec3() + in_plane).as_vec3a(),
+            ng: self.normal,
+            ns: self.normal,
+            uv: Vec2::splat(0.5) + 0.5 * Vec2::new(local.x, local.y),
+            shape,
+            prim,
+        }
+    }
+
+    /// Area in m².
+    pub(super) fn area(&self) -> f64 {
+        std::f64::consts::PI * f64::from(self.radius).powi(2)
+    }
+
+    /// A point uniform over the area.
+    pub(super) fn sample_area(&self, u: Vec2, shape: u32, prim: u32) -> SurfacePoint {
+        let d = warp::concentric_disc(u) * self.radius;
+        let frame = Frame::from_normal(self.normal);
+        let p = self.centre.as_dvec3() + (frame.s * d.x).as_dvec3() + (frame.t * d.y).as_dvec3();
+        self.point(p, shape, prim)
+    }
+}
