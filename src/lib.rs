@@ -5,6 +5,7 @@
 #![deny(missing_docs)]
 
 pub mod bsdf;
+pub mod camera;
 pub mod error;
 pub mod experiment;
 pub mod geometry;

@@ -4,6 +4,8 @@ pub mod color;
 pub mod distribution;
 pub mod frame;
 pub mod rng;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod warp;
 
 pub use color::{Rgb, RgbExt};
