@@ -6,7 +6,7 @@ use glam::Vec3A;
 pub type Rgb = Vec3A;
 
 /// What a colour can be asked beyond vector arithmetic.
-pub trait RgbExt {
+pub trait RgbExt: Copy {
     /// Relative luminance (Rec. 709 weights).
     fn luminance(self) -> f32;
     /// True where every channel is zero.
