@@ -9,6 +9,7 @@ pub mod camera;
 pub mod error;
 pub mod experiment;
 pub mod geometry;
+pub mod light;
 pub mod math;
 pub mod texture;
 

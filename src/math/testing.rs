@@ -5,7 +5,7 @@
 
 use super::{Frame, Stream, StreamKind};
 use glam::Vec3A;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
 /// Upper bound of the number of statistical comparisons in `light` and `camera`.
@@ -50,6 +50,8 @@ pub struct Cap {
 }
 
 impl Cap {
+    /// Whole sphere.
+    pub const SPHERE: Self = Self { axis: Vec3A::Y, cos_min: -1.0 };
     const Z: usize = 16;
     const PHI: usize = 24;
     const FINE: usize = 48;
@@ -113,4 +115,27 @@ impl Cap {
         let scale = f64::from(n) / total;
         assert_chi_square(name, &counts, &expected.iter().map(|e| e * scale).collect::<Vec<_>>());
     }
+}
+
+/// Mean of `n` draws of an estimator against what it should be, by a z-test; also asserts that a bias of 1% would
+/// have been seen (the acceptance interval is narrower than that).
+pub fn assert_mean(name: &str, expected: f64, n: u32, mut draw: impl FnMut(&mut Stream) -> f64) {
+    let mut s = stream(name.bytes().fold(7, |h, b| h * 31 + u64::from(b)) % 1_000_003);
+    let (mut mean, mut m2) = (0.0, 0.0);
+    for i in 1..=n {
+        let x = draw(&mut s);
+        let d = x - mean;
+        mean += d / f64::from(i);
+        m2 += d * (x - mean);
+    }
+    let error = (m2 / f64::from(n - 1) / f64::from(n)).sqrt();
+    let z_max = Normal::standard().inverse_cdf(1.0 - 0.5 * significance());
+    // An estimator without variance still has f32's rounding.
+    let tolerance = z_max * error + 2e-5 * expected.abs();
+    assert!(tolerance < 0.01 * expected.abs(), "{name}: ±{tolerance:.2e} does not see 1% of {expected:.4e}");
+    assert!(
+        (mean - expected).abs() < tolerance,
+        "{name}: {mean:.6e} for {expected:.6e}, {:.1} standard errors off",
+        (mean - expected) / error
+    );
 }
