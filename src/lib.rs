@@ -8,6 +8,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod error;
 pub mod experiment;
+pub mod film;
 pub mod geometry;
 pub mod light;
 pub mod math;

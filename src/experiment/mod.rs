@@ -1,3 +1,4 @@
 //! Experiments: scenes × estimators × independent runs, measured against a reference.
 
+pub mod metrics;
 pub mod results;

@@ -1,0 +1,6 @@
+//! Mean squared error: the mean over pixels and channels of (x − r)².
+
+/// The squared error of one channel.
+pub fn error(x: f64, r: f64) -> f64 {
+    (x - r) * (x - r)
+}
