@@ -12,6 +12,7 @@ pub mod film;
 pub mod geometry;
 pub mod light;
 pub mod math;
+pub mod scene;
 pub mod texture;
 
 pub use error::{Error, Result};
