@@ -14,5 +14,6 @@ pub mod light;
 pub mod math;
 pub mod scene;
 pub mod texture;
+pub mod transport;
 
 pub use error::{Error, Result};

@@ -1,9 +1,13 @@
 //! Images: what they are in memory, EXR and PNG files, tone curves and false colour.
 
+pub mod accumulator;
 pub mod exr;
 pub mod false_color;
 pub mod image;
+pub mod layout;
 pub mod output;
 pub mod png;
 
+pub use accumulator::{BAND_ROWS, Band, Dropped, Film, Sample, Splat};
 pub use image::{Image, ScalarImage};
+pub use layout::{ImageKind, Layout};

@@ -1,0 +1,263 @@
+//! The film: sums over iterations of what each technique contributed to each pixel.
+
+use super::layout::{ImageKind, Layout};
+use crate::camera::Camera;
+use crate::film::Image;
+use crate::math::Rgb;
+use crate::transport::settings::Settings;
+use crate::transport::technique::Technique;
+use rayon::prelude::*;
+
+/// One contribution of one technique to one pixel: the only way into a film.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// The technique that made the path.
+    pub technique: Technique,
+    /// Vertices of the light subpath.
+    pub s: u32,
+    /// Vertices of the camera subpath.
+    pub t: u32,
+    /// f / density as sampled, not weighted, already divided by the number of samples the technique has a pixel.
+    pub contribution: Rgb,
+    /// The multiple importance sampling weight, in [0, 1].
+    pub weight: f32,
+}
+
+/// A sample whose pixel is not the one being traced (light tracing), kept until it can be added in order.
+#[derive(Clone, Copy, Debug)]
+pub struct Splat {
+    /// Pixel, counted along the rows of the crop window.
+    pub pixel: u32,
+    /// What falls on it.
+    pub sample: Sample,
+}
+
+/// Rows in a band: the unit of parallel work on a film. A constant, so that sums never depend on the threads.
+pub const BAND_ROWS: usize = 8;
+
+/// Contributions that were dropped as they were not finite, by technique.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped(pub [u64; Technique::COUNT]);
+
+impl Dropped {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.0.iter().sum()
+    }
+}
+
+/// Sums in f64 over iterations, pixel by pixel, an image a technique (see [`Layout`]).
+///
+/// The combined image is the sum of the techniques' weighted images, so that their sum is the image to the bit.
+#[derive(Clone, Debug)]
+pub struct Film {
+    layout: Layout,
+    /// Origin of the crop window in the full frame, pixels.
+    origin: [u32; 2],
+    width: usize,
+    height: usize,
+    /// `[pixel][image]`.
+    sums: Vec<[f64; 3]>,
+    /// The combined image of the iteration that is under way.
+    frame: Vec<[f64; 3]>,
+    /// Sum over iterations of the square of the combined image.
+    squares: Vec<[f64; 3]>,
+    iterations: u64,
+    dropped: Dropped,
+}
+
+impl Film {
+    /// An empty film for the camera's crop window.
+    pub fn new(camera: &Camera, settings: &Settings) -> Self {
+        let crop = camera.crop();
+        let (width, height) = (crop.width() as usize, crop.height() as usize);
+        let layout = Layout::new(settings);
+        let pixels = width * height;
+        Self {
+            origin: [crop.x0, crop.y0],
+            width,
+            height,
+            sums: vec![[0.0; 3]; pixels * layout.images().len()],
+            frame: vec![[0.0; 3]; pixels],
+            squares: vec![[0.0; 3]; pixels],
+            iterations: 0,
+            dropped: Dropped::default(),
+            layout,
+        }
+    }
+
+    /// Width and height of the crop window in pixels.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Upper left corner of the crop window in the full frame.
+    pub fn origin(&self) -> [u32; 2] {
+        self.origin
+    }
+
+    /// Which images are kept.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Iterations that are complete.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+
+    /// What was dropped as it was not finite.
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    /// Number of bands.
+    pub fn bands(&self) -> usize {
+        self.height.div_ceil(BAND_ROWS)
+    }
+
+    /// Runs `work` on each band of rows, in parallel. Bands are disjoint and each is worked through by one thread,
+    /// so the result does not depend on how many there are.
+    pub fn for_each_band(&mut self, work: impl Fn(&mut Band) + Sync) {
+        let width = self.width;
+        let images = self.layout.images().len();
+        let layout = &self.layout;
+        let dropped = self
+            .sums
+            .par_chunks_mut(BAND_ROWS * width * images)
+            .zip(self.frame.par_chunks_mut(BAND_ROWS * width))
+            .enumerate()
+            .map(|(index, (sums, frame))| {
+                let first_row = index * BAND_ROWS;
+                let mut band =
+                    Band { layout, index, first_row, width, sums, frame, dropped: Dropped::default() };
+                work(&mut band);
+                band.dropped
+            })
+            .reduce(Dropped::default, |a, b| Dropped(std::array::from_fn(|i| a.0[i] + b.0[i])));
+        for (total, new) in self.dropped.0.iter_mut().zip(dropped.0) {
+            *total += new;
+        }
+    }
+
+    /// Closes an iteration: squares the combined image into the variance sums and clears it.
+    pub fn end_iteration(&mut self) {
+        self.frame.par_chunks_mut(4096).zip(self.squares.par_chunks_mut(4096)).for_each(
+            |(frame, squares)| {
+                for (f, s) in frame.iter_mut().zip(squares) {
+                    for c in 0..3 {
+                        s[c] += f[c] * f[c];
+                    }
+                    *f = [0.0; 3];
+                }
+            },
+        );
+        self.iterations += 1;
+    }
+
+    /// Sum over iterations of the combined image at a pixel (counted along rows).
+    fn combined_sum(&self, pixel: usize) -> [f64; 3] {
+        let images = self.layout.images().len();
+        let mut sum = [0.0; 3];
+        for value in &self.sums[pixel * images..][..self.layout.families()] {
+            for c in 0..3 {
+                sum[c] += value[c];
+            }
+        }
+        sum
+    }
+
+    fn map_pixels(&self, f: impl Fn(usize) -> [f64; 3]) -> Image {
+        let pixels = (0..self.width * self.height).map(|i| f(i).map(|v| v as f32)).collect();
+        Image { width: self.width, height: self.height, pixels }
+    }
+
+    /// The mean over iterations of the combined image; black where there is no iteration yet.
+    pub fn image(&self) -> Image {
+        let scale = 1.0 / self.iterations.max(1) as f64;
+        self.map_pixels(|i| self.combined_sum(i).map(|v| v * scale))
+    }
+
+    /// The unbiased estimate of the variance of [`Self::image`], per pixel and channel: the sample variance over
+    /// iterations divided by their number. Infinite where there are fewer than two.
+    pub fn variance(&self) -> Image {
+        let n = self.iterations as f64;
+        self.map_pixels(|i| {
+            if n < 2.0 {
+                return [f64::INFINITY; 3];
+            }
+            let sum = self.combined_sum(i);
+            std::array::from_fn(|c| {
+                let mean = sum[c] / n;
+                ((self.squares[i][c] / n - mean * mean) / (n - 1.0)).max(0.0)
+            })
+        })
+    }
+
+    /// The images beside the combined one, each the mean over iterations.
+    pub fn layers(&self) -> Vec<(ImageKind, Image)> {
+        let scale = 1.0 / self.iterations.max(1) as f64;
+        let kinds = self.layout.images();
+        kinds
+            .iter()
+            .enumerate()
+            .map(|(l, kind)| (*kind, self.map_pixels(|i| self.sums[i * kinds.len() + l].map(|v| v * scale))))
+            .collect()
+    }
+}
+
+/// A few rows of a film, being worked on by one thread.
+pub struct Band<'a> {
+    layout: &'a Layout,
+    /// Number of the band, from the top.
+    pub index: usize,
+    /// First row in the crop window.
+    pub first_row: usize,
+    /// Pixels a row.
+    pub width: usize,
+    sums: &'a mut [[f64; 3]],
+    frame: &'a mut [[f64; 3]],
+    dropped: Dropped,
+}
+
+impl Band<'_> {
+    /// Rows in it.
+    pub fn rows(&self) -> usize {
+        self.frame.len() / self.width
+    }
+
+    /// Number of its first pixel, counted along the rows of the crop window.
+    pub fn first_pixel(&self) -> usize {
+        self.first_row * self.width
+    }
+
+    /// Adds a sample to the pixel `pixel` (counted from the band's first). What is not finite is counted
+    /// and left out.
+    #[inline]
+    pub fn record(&mut self, pixel: usize, sample: &Sample) {
+        let weighted = sample.contribution * sample.weight;
+        if !(weighted.is_finite() && sample.contribution.is_finite()) {
+            self.dropped.0[sample.technique.index()] += 1;
+            return;
+        }
+        let weighted = weighted.to_array();
+        add(&mut self.frame[pixel], weighted);
+        let images = &mut self.sums[pixel * self.layout.images().len()..];
+        add(&mut images[self.layout.weighted_family(sample.technique)], weighted);
+        if let Some(family) = self.layout.unweighted_family(sample.technique) {
+            let unweighted = sample.contribution.to_array();
+            add(&mut images[family], unweighted);
+            if let Some(pair) = self.layout.pair(sample.s, sample.t) {
+                add(&mut images[pair], weighted);
+                add(&mut images[pair + 1], unweighted);
+            }
+        }
+    }
+}
+
+#[inline]
+fn add(sum: &mut [f64; 3], value: [f32; 3]) {
+    for c in 0..3 {
+        sum[c] += f64::from(value[c]);
+    }
+}

@@ -1,0 +1,233 @@
+//! The camera subpath: s = 0, s = 1 and all inner connections.
+
+use super::light_path::{LIGHT_PATHS_A_PIXEL, surface_normal};
+use super::mis::{Link, connection_weight};
+use super::settings::Settings;
+use super::sink::{Joint, Sink, Start};
+use super::technique::Technique;
+use super::walk::{Flight, Vertex, Visitor, walk};
+use crate::bsdf::Mode;
+use crate::film::Sample;
+use crate::geometry::{Ray, SurfacePoint, shadow_ray};
+use crate::light::LightPoint;
+use crate::math::{Rgb, Stream, StreamKind};
+use crate::scene::Scene;
+use glam::UVec2;
+
+/// Traces the camera subpath of `pixel` (in the full frame) in `iteration` and joins it with `light_vertices`, the
+/// stored vertices of the light subpath that is its partner.
+pub fn trace<S: Sink>(
+    scene: &Scene,
+    settings: &Settings,
+    iteration: u64,
+    pixel: UVec2,
+    light_vertices: &[Vertex],
+    sink: &mut S,
+) {
+    let index = u64::from(pixel.y) * u64::from(scene.camera.size().x) + u64::from(pixel.x);
+    let mut random = Stream::new(settings.seed, iteration, StreamKind::Camera, index);
+    let (u_film, u_lens) = (random.next_2d(), random.next_2d());
+    let ray = scene.camera.sample_ray(pixel, u_film, u_lens);
+    sink.start(&Start::Lens(ray.origin));
+    let flight = Flight {
+        ray: Ray::new(ray.origin, ray.dir),
+        from: ray.origin,
+        throughput: Rgb::ONE,
+        pdf: scene.camera.pdf_direction(ray.origin, ray.dir),
+        cosine: 1.0,
+        infinite: false,
+        specular: false,
+        // No light subpath hits the lens by itself: c_{k+1} = 0.
+        sum: 0.0,
+        length: 0,
+    };
+    let on = |t| settings.techniques.has(t);
+    let mut path = CameraPath {
+        scene,
+        settings,
+        light_vertices,
+        hit: on(Technique::Hit),
+        next_event: on(Technique::NextEvent),
+        connect: if on(Technique::Connect) { 1.0 } else { 0.0 },
+        lens: if on(Technique::Lens) { settings.heuristic.raise(LIGHT_PATHS_A_PIXEL) } else { 0.0 },
+        sink,
+    };
+    walk(scene, settings, settings.max_length, flight, &mut random, &mut path);
+}
+
+/// The visitor of a camera walk.
+struct CameraPath<'a, S> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    light_vertices: &'a [Vertex],
+    hit: bool,
+    next_event: bool,
+    /// c of an inner connection, raised.
+    connect: f32,
+    /// c of light tracing, raised.
+    lens: f32,
+    sink: &'a mut S,
+}
+
+impl<S: Sink> CameraPath<'_, S> {
+    #[inline]
+    fn raise(&self, x: f32) -> f32 {
+        self.settings.heuristic.raise(x)
+    }
+
+    #[inline]
+    fn counts(&self, length: u32) -> bool {
+        (self.settings.min_length..=self.settings.max_length).contains(&length)
+    }
+
+    /// s = 0: x_0 is `light`, found at the end of `flight`; `link` is that of x_0.
+    #[inline]
+    fn record_hit(&mut self, light: &LightPoint, link: &Link, flight: &Flight) {
+        let length = flight.length + 1;
+        if !(self.hit && self.counts(length)) {
+            return;
+        }
+        let lights = &self.scene.lights;
+        let out = -flight.ray.dir;
+        let contribution = flight.throughput * lights.emitted(light, out);
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let geometry = &self.scene.geometry;
+        let pdf_position = lights.pdf_position(geometry, light);
+        // c_1: next-event estimation at x_1, or light tracing where x_1 is the lens.
+        let count = if length == 1 {
+            self.lens
+        } else if flight.specular || !self.next_event {
+            0.0
+        } else {
+            self.raise(lights.pdf_toward(geometry, light, flight.from) / pdf_position)
+        };
+        let camera_side = Link { count, ..*link }.close(
+            0.0,
+            self.raise(lights.pdf_direction(light, out)),
+            self.raise(pdf_position),
+        );
+        let weight = connection_weight(1.0, 0.0, camera_side);
+        let sample = Sample { technique: Technique::Hit, s: 0, t: length + 1, contribution, weight };
+        self.sink.record(&sample, &Joint::Hit(*light));
+    }
+
+    /// s = 1: a point on a light is sampled from `vertex`.
+    #[inline]
+    fn next_event(&mut self, vertex: &Vertex, random: &mut Stream) {
+        let (lights, geometry) = (&self.scene.lights, &self.scene.geometry);
+        let select = random.next_1d();
+        let u = random.next_2d();
+        // After the draws: the lengths that count change no other random number.
+        if !self.counts(vertex.length + 1) {
+            return;
+        }
+        let point = &vertex.point;
+        let Some(light) = lights.sample_toward(geometry, point.p, select, u) else { return };
+        let Some(scattering) = vertex.scatter(self.scene, light.dir, vertex.to_previous) else { return };
+        let infinite = lights.is_infinite(&light.point);
+        let falloff = if infinite { 1.0 } else { 1.0 / (light.distance * light.distance) };
+        let cosine = light.dir.dot(point.ng).abs();
+        let light_geometry = lights.cos_at_light(&light.point, -light.dir) * falloff;
+        let contribution =
+            vertex.throughput * scattering.value * light.radiance * (cosine * light_geometry / light.pdf_nee);
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let ray = if infinite {
+            point.spawn(light.dir)
+        } else {
+            shadow_ray(point.p, Some(point.ng), light.point.p, surface_normal(self.scene, &light.point))
+        };
+        if geometry.occluded(&ray) {
+            return;
+        }
+        let pdf_position = lights.pdf_position(geometry, &light.point);
+        let count = self.raise(light.pdf_nee / pdf_position);
+        let light_side = if self.hit && lights.is_hittable(&light.point) {
+            self.raise(scattering.pdf_camera * light_geometry / pdf_position)
+        } else {
+            0.0
+        };
+        let forward = lights.pdf_direction(&light.point, -light.dir) * cosine * falloff;
+        let camera_side = vertex.link.close(0.0, self.raise(scattering.pdf_light), self.raise(forward));
+        let weight = connection_weight(count, light_side, camera_side);
+        let sample =
+            Sample { technique: Technique::NextEvent, s: 1, t: vertex.length + 1, contribution, weight };
+        self.sink.record(&sample, &Joint::NextEvent(light.point));
+    }
+
+    /// s ≥ 2, t ≥ 2: `vertex` is connected to the light vertex `index` of the partner.
+    #[inline]
+    fn connect(&mut self, vertex: &Vertex, index: usize) {
+        let other = &self.light_vertices[index];
+        let between = other.point.p - vertex.point.p;
+        let d2 = between.length_squared();
+        let dir = between / d2.sqrt();
+        let Some(at_camera) = vertex.scatter(self.scene, dir, vertex.to_previous) else { return };
+        let Some(at_light) = other.scatter(self.scene, other.to_previous, -dir) else { return };
+        let camera_geometry = dir.dot(vertex.point.ng).abs() / d2;
+        let light_cosine = dir.dot(other.point.ng).abs();
+        let contribution = vertex.throughput
+            * at_camera.value
+            * at_light.value
+            * other.throughput
+            * (camera_geometry * light_cosine);
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let ray = shadow_ray(vertex.point.p, Some(vertex.point.ng), other.point.p, Some(other.point.ng));
+        if self.scene.geometry.occluded(&ray) {
+            return;
+        }
+        let reverse = at_camera.pdf_camera * light_cosine / d2;
+        let forward = at_light.pdf_light * camera_geometry;
+        let weight = connection_weight(
+            self.connect,
+            other.link.close(0.0, self.raise(at_light.pdf_camera), self.raise(reverse)),
+            vertex.link.close(0.0, self.raise(at_camera.pdf_light), self.raise(forward)),
+        );
+        let (s, t) = (other.length + 1, vertex.length + 1);
+        let sample = Sample { technique: Technique::Connect, s, t, contribution, weight };
+        self.sink.record(&sample, &Joint::Connect(index));
+    }
+}
+
+impl<S: Sink> Visitor for CameraPath<'_, S> {
+    const MODE: Mode = Mode::Radiance;
+
+    #[inline]
+    fn count(&self, length: u32, _point: &SurfacePoint) -> f32 {
+        if length == 1 { self.lens } else { self.connect }
+    }
+
+    #[inline]
+    fn vertex(&mut self, vertex: &Vertex, flight: &Flight, random: &mut Stream) {
+        self.sink.vertex(vertex);
+        if let Some(light) = self.scene.lights.at_surface(&vertex.point) {
+            self.record_hit(&light, &vertex.link, flight);
+        }
+        if vertex.length >= self.settings.max_length || !self.scene.material(vertex.point.shape).has_smooth()
+        {
+            return;
+        }
+        if self.next_event {
+            self.next_event(vertex, random);
+        }
+        for index in 0..self.light_vertices.len() {
+            // s + t - 1 segments, with s and t one more than the lengths.
+            if self.counts(self.light_vertices[index].length + vertex.length + 1) {
+                self.connect(vertex, index);
+            }
+        }
+    }
+
+    fn escaped(&mut self, flight: &Flight) {
+        if let Some(light) = self.scene.lights.infinite_toward(flight.ray.dir) {
+            // x_0 is a direction: its density is per solid angle, and the edge has no 1/d².
+            let link = Link::next(self.raise(flight.pdf), flight.sum, self.raise(flight.cosine), 0.0);
+            self.record_hit(&light, &link, flight);
+        }
+    }
+}

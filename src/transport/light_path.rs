@@ -1,0 +1,227 @@
+//! The light subpath: what is stored of it, and t = 1.
+
+use super::mis::{Link, connection_weight};
+use super::settings::Settings;
+use super::sink::{Joint, Sink, Start};
+use super::technique::Technique;
+use super::walk::{Flight, Vertex, Visitor, walk};
+use crate::bsdf::Mode;
+use crate::film::Sample;
+use crate::geometry::{Ray, SurfacePoint, offset_origin, shadow_ray};
+use crate::light::{EmissionSample, LightPoint};
+use crate::math::{Rgb, Stream, StreamKind};
+use crate::scene::Scene;
+use glam::Vec3A;
+
+/// Light subpaths an iteration, relative to the pixels of the full frame.
+pub const LIGHT_PATHS_A_PIXEL: f32 = 1.0;
+
+/// Traces light subpath `index` of `iteration`: appends the vertices that can be connected to `store`, and records
+/// its connections to the lens.
+pub fn trace<S: Sink>(
+    scene: &Scene,
+    settings: &Settings,
+    iteration: u64,
+    index: u64,
+    store: &mut Vec<Vertex>,
+    sink: &mut S,
+) {
+    let mut random = Stream::new(settings.seed, iteration, StreamKind::Light, index);
+    let select = random.next_1d();
+    let (u_position, u_direction) = (random.next_2d(), random.next_2d());
+    let Some(emission) = scene.lights.sample_emission(&scene.geometry, select, u_position, u_direction)
+    else {
+        return;
+    };
+    let light = emission.point;
+    sink.start(&Start::Light(light));
+    let mut path = LightPath::new(scene, settings, light, emission.pdf_pos, store, sink);
+    path.connect_light_to_lens(&mut random);
+    let flight = path.depart(&emission);
+    walk(scene, settings, settings.max_length - 1, flight, &mut random, &mut path);
+}
+
+/// The normal of the surface that a light point lies on, where it lies on one.
+pub(super) fn surface_normal(scene: &Scene, light: &LightPoint) -> Option<Vec3A> {
+    let lights = &scene.lights;
+    (lights.is_hittable(light) && !lights.is_infinite(light)).then_some(light.n)
+}
+
+/// The visitor of a light walk.
+struct LightPath<'a, S> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    light: LightPoint,
+    /// p_0 and c_0 of the start, raised.
+    start: Link,
+    /// p_0, not raised.
+    pdf_position: f32,
+    /// c of a connection, raised: 1 where the technique is on.
+    connect: f32,
+    next_event: bool,
+    lens: bool,
+    store: &'a mut Vec<Vertex>,
+    sink: &'a mut S,
+}
+
+impl<'a, S: Sink> LightPath<'a, S> {
+    fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        light: LightPoint,
+        pdf_position: f32,
+        store: &'a mut Vec<Vertex>,
+        sink: &'a mut S,
+    ) -> Self {
+        let on = |t| settings.techniques.has(t);
+        let hit = on(Technique::Hit) && scene.lights.is_hittable(&light);
+        let start = Link {
+            density: settings.heuristic.raise(pdf_position),
+            behind: 0.0,
+            count: if hit { 1.0 } else { 0.0 },
+        };
+        Self {
+            scene,
+            settings,
+            light,
+            start,
+            pdf_position,
+            connect: if on(Technique::Connect) { 1.0 } else { 0.0 },
+            next_event: on(Technique::NextEvent),
+            lens: on(Technique::Lens),
+            store,
+            sink,
+        }
+    }
+
+    fn depart(&self, emission: &EmissionSample) -> Flight {
+        let infinite = self.scene.lights.is_infinite(&self.light);
+        let cosine = self.scene.lights.cos_at_light(&self.light, emission.dir);
+        let origin = match surface_normal(self.scene, &self.light) {
+            Some(normal) => offset_origin(emission.origin, normal, emission.dir),
+            None => emission.origin,
+        };
+        Flight {
+            ray: Ray::new(origin, emission.dir),
+            from: emission.origin,
+            throughput: emission.radiance * (cosine / (emission.pdf_pos * emission.pdf_dir)),
+            pdf: emission.pdf_dir,
+            cosine,
+            infinite,
+            specular: false,
+            sum: self.start.leave(false, 0.0, 0.0),
+            length: 0,
+        }
+    }
+
+    fn raise(&self, x: f32) -> f32 {
+        self.settings.heuristic.raise(x)
+    }
+
+    /// t = 1, s = 1: the light as seen directly. Lights at a point or from a single direction are not seen.
+    fn connect_light_to_lens(&mut self, random: &mut Stream) {
+        let lights = &self.scene.lights;
+        if !self.lens {
+            return;
+        }
+        // Drawn whatever the lengths that count, so that these change no other random number.
+        let u = random.next_2d();
+        if self.settings.min_length > 1 || !lights.is_hittable(&self.light) {
+            return;
+        }
+        let camera = &self.scene.camera;
+        let lens = camera.sample_lens(u);
+        let infinite = lights.is_infinite(&self.light);
+        let (dir, falloff) = if infinite {
+            (self.light.n, 1.0)
+        } else {
+            let d = self.light.p - lens;
+            let d2 = d.length_squared();
+            (d / d2.sqrt(), 1.0 / d2)
+        };
+        let Some(pixel) = camera.pixel_of(lens, dir) else { return };
+        let geometry = lights.cos_at_light(&self.light, -dir) * falloff;
+        let radiance = lights.emitted(&self.light, -dir);
+        let reverse = camera.pdf_direction(lens, dir) * geometry;
+        let contribution = radiance * (reverse / (self.pdf_position * LIGHT_PATHS_A_PIXEL));
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let ray = if infinite {
+            Ray::new(lens, dir)
+        } else {
+            shadow_ray(lens, None, self.light.p, surface_normal(self.scene, &self.light))
+        };
+        if self.scene.geometry.occluded(&ray) {
+            return;
+        }
+        let weight = connection_weight(
+            self.raise(LIGHT_PATHS_A_PIXEL),
+            self.start.close(0.0, 0.0, self.raise(reverse)),
+            0.0,
+        );
+        let sample = Sample { technique: Technique::Lens, s: 1, t: 1, contribution, weight };
+        self.sink.record(&sample, &Joint::Lens(lens, pixel));
+    }
+
+    /// t = 1, s ≥ 2: a vertex as seen from the lens.
+    fn connect_to_lens(&mut self, vertex: &Vertex, random: &mut Stream) {
+        let u = random.next_2d();
+        if vertex.length + 1 < self.settings.min_length {
+            return;
+        }
+        let camera = &self.scene.camera;
+        let lens = camera.sample_lens(u);
+        let to_vertex = vertex.point.p - lens;
+        let d2 = to_vertex.length_squared();
+        let dir = to_vertex / d2.sqrt();
+        let Some(pixel) = camera.pixel_of(lens, dir) else { return };
+        let Some(scattering) = vertex.scatter(self.scene, vertex.to_previous, -dir) else { return };
+        let reverse = camera.pdf_direction(lens, dir) * dir.dot(vertex.point.ng).abs() / d2;
+        let contribution = vertex.throughput * scattering.value * (reverse / LIGHT_PATHS_A_PIXEL);
+        if contribution == Rgb::ZERO
+            || self.scene.geometry.occluded(&shadow_ray(lens, None, vertex.point.p, Some(vertex.point.ng)))
+        {
+            return;
+        }
+        let weight = connection_weight(
+            self.raise(LIGHT_PATHS_A_PIXEL),
+            vertex.link.close(0.0, self.raise(scattering.pdf_camera), self.raise(reverse)),
+            0.0,
+        );
+        let sample = Sample { technique: Technique::Lens, s: vertex.length + 1, t: 1, contribution, weight };
+        self.sink.record(&sample, &Joint::Lens(lens, pixel));
+    }
+}
+
+impl<S: Sink> Visitor for LightPath<'_, S> {
+    const MODE: Mode = Mode::Importance;
+
+    #[inline]
+    fn count(&self, length: u32, point: &SurfacePoint) -> f32 {
+        if length > 1 {
+            return self.connect;
+        }
+        if !self.next_event {
+            return 0.0;
+        }
+        let toward = self.scene.lights.pdf_toward(&self.scene.geometry, &self.light, point.p);
+        self.raise(toward / self.pdf_position)
+    }
+
+    #[inline]
+    fn vertex(&mut self, vertex: &Vertex, _flight: &Flight, random: &mut Stream) {
+        self.sink.vertex(vertex);
+        if !self.scene.material(vertex.point.shape).has_smooth() {
+            return;
+        }
+        if self.lens {
+            self.connect_to_lens(vertex, random);
+        }
+        if self.connect > 0.0 && vertex.length + 2 <= self.settings.max_length {
+            self.store.push(*vertex);
+        }
+    }
+
+    fn escaped(&mut self, _flight: &Flight) {}
+}

@@ -1,0 +1,15 @@
+//! The heart: walks, techniques, weights and the iteration. Nothing here knows about files, progress bars or the
+//! number of threads.
+
+pub mod camera_path;
+pub mod iteration;
+pub mod light_path;
+pub mod mis;
+pub mod settings;
+pub mod sink;
+pub mod technique;
+pub mod walk;
+
+pub use iteration::{IterationStats, Renderer};
+pub use settings::{Heuristic, Layers, Settings};
+pub use technique::{Technique, TechniqueSet};

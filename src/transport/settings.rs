@@ -1,0 +1,100 @@
+//! What a render is asked for.
+
+use super::technique::{Technique, TechniqueSet};
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// How the densities of the techniques become weights [Veach 1997, 9.2].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Heuristic {
+    /// Weight proportional to the density.
+    Balance,
+    /// Weight proportional to the density to this power; 2 is usual.
+    Power(f32),
+}
+
+/// Which images are kept beside the combined one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Layers {
+    /// The combined image and its variance only.
+    #[default]
+    None,
+    /// Weighted and unweighted contribution of each technique family.
+    Families,
+    /// Families, and weighted and unweighted contribution of each (s, t) up to `pyramid` segments.
+    All,
+}
+
+/// Resolved settings of a render. Everything that decides the pixels beside the scene is here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Which techniques are on.
+    pub techniques: TechniqueSet,
+    /// How they are weighted; default balance.
+    pub heuristic: Heuristic,
+    /// Shortest path that counts, in segments; default 1 (light that is seen directly).
+    pub min_length: u32,
+    /// Longest path that counts, in segments; default 64.
+    pub max_length: u32,
+    /// Names the run: runs with different seeds share no random numbers; default 0.
+    pub seed: u64,
+    /// Which images are kept; default none but the combined one.
+    pub layers: Layers,
+    /// With [`Layers::All`]: (s, t) layers for paths of up to so many segments; default 6.
+    pub pyramid: u32,
+}
+
+/// The longest path that can be asked for.
+pub const MAX_LENGTH: u32 = 1000;
+
+impl Settings {
+    /// The defaults with a set of techniques.
+    pub fn new(techniques: TechniqueSet) -> Self {
+        Self {
+            techniques,
+            heuristic: Heuristic::Balance,
+            min_length: 1,
+            max_length: 64,
+            seed: 0,
+            layers: Layers::None,
+            pyramid: 6,
+        }
+    }
+
+    /// # Errors
+    /// Lengths or an exponent that make no sense.
+    pub fn validate(&self) -> Result<()> {
+        if self.max_length == 0 || self.max_length > MAX_LENGTH {
+            return Err(Error::usage(format!(
+                "the maximum path length is {}: it must lie between 1 and {MAX_LENGTH} segments",
+                self.max_length
+            )));
+        }
+        if self.min_length == 0 || self.min_length > self.max_length {
+            return Err(Error::usage(format!(
+                "the minimum path length is {}: it must lie between 1 and the maximum, {}",
+                self.min_length, self.max_length
+            )));
+        }
+        if let Heuristic::Power(beta) = self.heuristic
+            && !(beta.is_finite() && beta > 0.0 && beta <= 8.0)
+        {
+            return Err(Error::usage(format!(
+                "the power heuristic's exponent is {beta}: it must be positive and at most 8"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Whether light subpaths are walked at all.
+    pub fn needs_light_paths(&self) -> bool {
+        self.techniques.has(Technique::Lens) || self.techniques.has(Technique::Connect)
+    }
+
+    /// Whether camera subpaths are walked at all.
+    pub fn needs_camera_paths(&self) -> bool {
+        [Technique::Hit, Technique::NextEvent, Technique::Connect].iter().any(|t| self.techniques.has(*t))
+    }
+}

@@ -1,0 +1,40 @@
+//! Where samples go: the film in a render, a list in tests and explanations.
+
+use super::walk::Vertex;
+use crate::film::Sample;
+use crate::light::LightPoint;
+use glam::{UVec2, Vec3A};
+
+/// How the two subpaths of a sample meet.
+#[derive(Clone, Copy, Debug)]
+pub enum Joint {
+    /// The camera subpath found this point of a light.
+    Hit(LightPoint),
+    /// This point of a light was sampled for next-event estimation.
+    NextEvent(LightPoint),
+    /// A light vertex, by its number among those stored of its subpath, was connected.
+    Connect(usize),
+    /// The light subpath was connected to this point of the lens and falls on this pixel of the full frame.
+    Lens(Vec3A, UVec2),
+}
+
+/// Where a subpath starts.
+#[derive(Clone, Copy, Debug)]
+pub enum Start {
+    /// On a light.
+    Light(LightPoint),
+    /// On the lens.
+    Lens(Vec3A),
+}
+
+/// Takes what the techniques make. The default methods cost nothing in a render.
+pub trait Sink {
+    /// A sample with the joint that made it.
+    fn record(&mut self, sample: &Sample, joint: &Joint);
+    /// A subpath starts.
+    #[inline]
+    fn start(&mut self, _start: &Start) {}
+    /// The subpath reached a vertex, specular or not.
+    #[inline]
+    fn vertex(&mut self, _vertex: &Vertex) {}
+}
