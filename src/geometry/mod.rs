@@ -9,6 +9,8 @@
 
 mod aabb;
 mod bvh;
+mod lathe;
+mod load;
 mod mesh;
 mod quadric;
 mod ray;
