@@ -6,6 +6,7 @@
 
 pub mod bsdf;
 pub mod camera;
+pub mod cli;
 pub mod error;
 pub mod experiment;
 pub mod film;

@@ -261,6 +261,22 @@ mod tests {
     }
 
     #[test]
+    fn the_references_noise_is_what_it_adds() {
+        // References of the true image 1 ± 0.1 with equal frequency: the variance is 0.01.
+        let sign = |x: usize, y: usize| if (x + y).is_multiple_of(2) { 0.1 } else { -0.1 };
+        let truth = Image::from_fn(8, 8, |_, _| [1.0; 3]);
+        let reference = Image::from_fn(8, 8, |x, y| [1.0 + sign(x, y); 3]);
+        let variance = Image::from_fn(8, 8, |_, _| [0.01; 3]);
+        for (metric, tolerance) in [(Metric::Mse, 1e-8), (Metric::RelMse, 1e-8)] {
+            let noise = metric.reference_noise(&reference, &variance).unwrap().unwrap();
+            let measured = metric.measure(&truth, &reference).unwrap().value;
+            assert!((noise - measured).abs() < tolerance, "{metric:?} {noise} {measured}");
+        }
+        assert_eq!(Metric::Flip.reference_noise(&reference, &variance).unwrap(), None);
+        assert!(Metric::Mse.reference_noise(&reference, &Image::new(1, 1)).is_err());
+    }
+
+    #[test]
     fn huge_values_stay_finite() {
         let huge = Image { width: 1, height: 1, pixels: vec![[f32::MAX; 3]] };
         for row in TABLE {
