@@ -7,7 +7,7 @@ use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     positions: Vec<Vec3>,
-    normals: Option<Vec<Vec3>>,
+    pub(super) normals: Option<Vec<Vec3>>,
     uvs: Option<Vec<Vec2>>,
     indices: Vec<[u32; 3]>,
     dropped: usize,

@@ -16,6 +16,7 @@ mod quadric;
 mod ray;
 mod sample;
 mod shape;
+mod smooth;
 mod stats;
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,7 @@
 //! The runtime scene: what transport asks.
 
+pub mod file;
+
 use crate::bsdf::Material;
 use crate::camera::Camera;
 use crate::geometry::Geometry;

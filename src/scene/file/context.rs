@@ -1,0 +1,92 @@
+//! What the parts of a scene file share while they are turned into a scene.
+
+use super::source::{Source, Span, allowed};
+use crate::error::{Error, Result};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// The file, what has been read besides it, and what looked odd.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    pub source: &'a Source,
+    pub dependencies: Vec<PathBuf>,
+    pub warnings: Vec<String>,
+}
+
+impl<'a> Context<'a> {
+    pub fn new(source: &'a Source) -> Self {
+        Self { source, dependencies: vec![source.path().to_owned()], warnings: Vec::new() }
+    }
+
+    /// Something odd at a place in the file that can be rendered all the same.
+    pub fn warn(&mut self, span: Span, message: impl std::fmt::Display) {
+        let (line, _) = self.source.place(span.start);
+        self.warnings.push(format!("line {line}: {message}"));
+    }
+
+    /// The path of a file that the scene refers to, which is relative to the scene file. An error at that place if it
+    /// is not there, with the names of files in that folder that end like one of `endings`.
+    pub fn find_file(&mut self, file: &Spanned<String>, what: &str, endings: &[&str]) -> Result<PathBuf> {
+        let path = self.source.folder().join(file.get_ref());
+        if path.is_file() {
+            if !self.dependencies.contains(&path) {
+                self.dependencies.push(path.clone());
+            }
+            return Ok(path);
+        }
+        let name = path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let beside = files_in(folder, endings);
+        let beside: Vec<&str> = beside.iter().map(String::as_str).collect();
+        let hint = match beside.is_empty() {
+            true => format!("there is no {} in {}", endings.join(" or "), folder.display()),
+            false => format!("in {}, {}", folder.display(), allowed(what, &name, &beside)),
+        };
+        Err(self.source.error(file.span(), format!("there is no {what} `{}`; {hint}", file.get_ref())))
+    }
+
+    /// An error inside a file that the scene refers to, with the place of the reference.
+    pub fn used_at(&self, span: Span, error: Error) -> Error {
+        match error {
+            Error::File { path, place, message } => {
+                let (line, column) = self.source.place(span.start);
+                let message = format!("{message} (used at {}:{line}:{column})", self.source.path().display());
+                Error::File { path, place, message }
+            }
+            other => other,
+        }
+    }
+
+    /// A message of the library about something at a place in the file as an error.
+    pub fn at<T>(&self, span: Span, result: Result<T, String>) -> Result<T> {
+        result.map_err(|message| self.source.error(span, message))
+    }
+
+    /// Of several keys exactly one has to be there: its name.
+    pub fn exactly_one(&self, span: Span, what: &str, keys: &[(&'static str, bool)]) -> Result<&'static str> {
+        let all: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
+        let there: Vec<&'static str> = keys.iter().filter(|(_, there)| *there).map(|(key, _)| *key).collect();
+        let expected = super::choice::listed(&all);
+        match there[..] {
+            [one] => Ok(one),
+            [] => Err(self
+                .source
+                .error(span, format!("this {what} says not what it is: expected one of {expected}"))),
+            _ => {
+                let found = there.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" and ");
+                Err(self.source.error(span, format!("this {what} is {found}: expected one of {expected}")))
+            }
+        }
+    }
+}
+
+/// The names of the files in a folder that end in one of `endings`, sorted; at most 20.
+fn files_in(folder: &Path, endings: &[&str]) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let names = entries.filter_map(|e| e.ok()?.file_name().into_string().ok());
+    let mut names: Vec<String> =
+        names.filter(|n| endings.iter().any(|e| n.to_ascii_lowercase().ends_with(e))).collect();
+    names.sort();
+    names.truncate(20);
+    names
+}

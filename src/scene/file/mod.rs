@@ -1,0 +1,192 @@
+//! Scene files: TOML in, [`Scene`] out.
+//!
+//! [`schema`] says what a file may hold. A file is read in three steps, each with errors that name file, line and
+//! column: TOML to checked values ([`source`], [`values`]); names to what they stand for, and files that the scene
+//! refers to; and the whole, which has to have a camera and a light.
+
+mod camera;
+mod choice;
+mod context;
+mod forms;
+mod lights;
+mod materials;
+mod profile;
+pub mod schema;
+mod shapes;
+pub mod source;
+mod textures;
+mod transform;
+pub mod values;
+
+use crate::error::{Error, Result, nearest};
+use crate::geometry::{Geometry, ShapeDesc, ShapeStats};
+use crate::light::Lights;
+use crate::scene::{RenderDefaults, Scene, SceneNotes};
+use context::Context;
+use glam::UVec2;
+use materials::Materials;
+use schema::{RenderDef, SceneFile};
+use shapes::Shapes;
+use source::Source;
+use std::path::{Path, PathBuf};
+use textures::Textures;
+
+/// What the command line or an experiment changes about a scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Overrides {
+    /// Another film size in pixels. The field of view stays, along its axis; a crop window is scaled.
+    pub size: Option<UVec2>,
+}
+
+/// The scene file that a user means: a file; a folder with a `scene.toml`; or the name of a folder in `scenes/`.
+///
+/// # Errors
+/// Where none of these is there, with the scenes that are.
+pub fn resolve(scene: &Path) -> Result<PathBuf> {
+    if scene.is_dir() {
+        let file = scene.join("scene.toml");
+        return match file.is_file() {
+            true => Ok(file),
+            false => Err(Error::file(scene, "is a folder without a scene.toml")),
+        };
+    }
+    if scene.exists() {
+        return Ok(scene.to_owned());
+    }
+    let Some(name) = scene.to_str().filter(|s| scene.components().count() == 1 && !s.contains('.')) else {
+        return Err(Error::file(scene, "there is no such scene file"));
+    };
+    let known = known_scenes(Path::new("scenes"));
+    if known.iter().any(|k| k == name) {
+        return Ok(Path::new("scenes").join(name).join("scene.toml"));
+    }
+    let mut message = String::from("there is no such scene file, nor a folder of that name in scenes/");
+    if !known.is_empty() {
+        message.push_str(&format!("; there: {}", known.join(", ")));
+    }
+    if let Some(meant) = nearest(name, known.iter().map(String::as_str)) {
+        message.push_str(&format!("; did you mean {meant}?"));
+    }
+    Err(Error::file(scene, message))
+}
+
+/// Names of the folders with a `scene.toml`, sorted.
+fn known_scenes(folder: &Path) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let scenes =
+        entries.filter_map(std::result::Result::ok).filter(|e| e.path().join("scene.toml").is_file());
+    let mut names: Vec<String> = scenes.filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.sort();
+    names
+}
+
+/// Reads a scene; see [`resolve`] for what `scene` may be.
+///
+/// # Errors
+/// With file, line and column where something is wrong in the scene file or in a file that it refers to.
+pub fn load(scene: &Path, overrides: &Overrides) -> Result<Scene> {
+    from_source(&Source::read(&resolve(scene)?)?, overrides)
+}
+
+/// Makes a scene of the text of a scene file that has been read already.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
+    let file: SceneFile = source.parse()?;
+    let mut context = Context::new(source);
+    let camera = camera::build(&context, &file.film, file.camera.as_ref(), overrides)?;
+    let defaults = defaults(&context, &file.render)?;
+    let mut textures = Textures::load(&mut context, &file.texture)?;
+    let mut materials = Materials::load(&mut context, &mut textures, &file.material)?;
+    let shapes = shapes::build(&mut context, &mut materials, &file.shape)?;
+    let mut lights = shapes.lights.clone();
+    lights.extend(lights::build(&mut context, &file.light)?);
+    if lights.is_empty() {
+        let message = "the scene has no light: add a [[light]], or give a shape an `emission`";
+        return Err(Error::file(source.path(), message));
+    }
+    warn_of_oddities(&mut context, &file, &textures, &materials, &shapes);
+    let Shapes { shapes, materials: shape_materials, names: shape_names, .. } = shapes;
+    let geometry = Geometry::build_with(shapes);
+    let (light_names, lights): (Vec<String>, Vec<_>) = lights.into_iter().unzip();
+    let lights = Lights::new(lights, &geometry).map_err(|e| Error::file(source.path(), e))?;
+    let mut warnings = context.warnings;
+    warnings.extend(lights.warnings().iter().cloned());
+    let notes = SceneNotes {
+        description: file.description.unwrap_or_default(),
+        material_names: materials.names(),
+        light_names,
+        texture_bytes: textures.bytes(),
+        defaults,
+    };
+    Ok(Scene {
+        name: file.name.unwrap_or_else(|| name_of(source.path())),
+        camera,
+        geometry,
+        materials: materials.all,
+        shape_materials,
+        shape_names,
+        lights,
+        warnings,
+        dependencies: context.dependencies,
+        notes,
+    })
+}
+
+fn defaults(context: &Context, def: &RenderDef) -> Result<RenderDefaults> {
+    let number = |n: &Option<toml::Spanned<values::Count<1>>>| n.as_ref().map(|n| n.get_ref().0);
+    let defaults =
+        RenderDefaults { min_length: number(&def.min_length), max_length: number(&def.max_length) };
+    if let (Some(min), Some(max), Some(place)) = (defaults.min_length, defaults.max_length, &def.min_length)
+        && min > max
+    {
+        let message = format!("min_length is {min} and max_length {max}: no path is left");
+        return Err(context.source.error(place.span(), message));
+    }
+    Ok(defaults)
+}
+
+/// Warns of what can be rendered but is hardly meant.
+fn warn_of_oddities(
+    context: &mut Context,
+    file: &SceneFile,
+    textures: &Textures,
+    materials: &Materials,
+    shapes: &Shapes,
+) {
+    for (name, span) in materials.unused() {
+        context.warn(span, format!("material `{name}` is not used"));
+    }
+    for (name, _) in &file.texture.0 {
+        if textures.unused().any(|unused| unused == name.get_ref()) {
+            context.warn(name.span(), format!("texture `{}` is not used", name.get_ref()));
+        }
+    }
+    for (i, def) in file.shape.iter().enumerate() {
+        let (shape, _) = &shapes.shapes[i];
+        let bounds_a_medium =
+            matches!(materials.all[shapes.materials[i] as usize], crate::bsdf::Material::Dielectric(_));
+        if !bounds_a_medium || !matches!(shape, ShapeDesc::Mesh(_)) {
+            continue;
+        }
+        let stats = ShapeStats::of(shape);
+        let name = &shapes.names[i];
+        if !stats.closed {
+            context.warn(def.span(), format!("`{name}` is of a dielectric but not closed: it has no inside"));
+        } else if stats.volume.is_some_and(|v| v < 0.0) {
+            context.warn(
+                def.span(),
+                format!("`{name}` is of a dielectric and inside out: its inside is outside"),
+            );
+        }
+    }
+}
+
+/// What a scene is called that does not say so: its folder, or its file.
+fn name_of(path: &Path) -> String {
+    let folder = path.parent().and_then(Path::file_name);
+    let stem = path.file_stem();
+    let name = if path.file_name().is_some_and(|f| f == "scene.toml") { folder.or(stem) } else { stem };
+    name.map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned())
+}

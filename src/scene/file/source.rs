@@ -1,0 +1,167 @@
+//! The text of a file with what it takes to point into it: every error names file, line and column.
+
+use crate::error::{Error, Result, nearest};
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A TOML file that has been read.
+#[derive(Debug)]
+pub struct Source {
+    path: PathBuf,
+    text: String,
+}
+
+/// Where in the text of a [`Source`] something stands, in bytes.
+pub type Span = Range<usize>;
+
+impl Source {
+    /// Reads a file; an error if it is missing, is a folder or is not UTF-8.
+    pub fn read(path: &Path) -> Result<Self> {
+        match std::fs::read(path) {
+            Ok(bytes) => match String::from_utf8(bytes) {
+                Ok(text) => Ok(Self { path: path.to_owned(), text }),
+                Err(e) => {
+                    let line =
+                        e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+                    Err(Error::at(path, line + 1, 0, "is not a text file: a byte here is not UTF-8"))
+                }
+            },
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                Err(Error::file(path, "there is no such file"))
+            }
+            Err(e) => Err(Error::io(path, "read it", &e)),
+        }
+    }
+
+    /// A text that did not come from a file, under the name that errors shall give it.
+    pub fn from_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self { path: path.into(), text: text.into() }
+    }
+
+    /// The file's path as the user would name it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The folder that relative paths in the file start from.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Reads the text as TOML into a `T`. Errors point at the offending key or value, list what is allowed
+    /// and, where a name is nearly right, say which was probably meant.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.text).map_err(|e| {
+            let mut message = in_words(e.message());
+            if let Some(meant) = nearest_of_message(&message) {
+                message.push_str(&format!("; did you mean `{meant}`?"));
+            }
+            match e.span() {
+                Some(span) => self.error(span, message),
+                None => Error::file(&self.path, message),
+            }
+        })
+    }
+
+    /// An error at a place in this file.
+    pub fn error(&self, span: Span, message: impl Into<String>) -> Error {
+        let (line, column) = self.place(span.start);
+        Error::at(&self.path, line, column, message)
+    }
+
+    /// A name was used at `span` that is none of `known`: lists them and suggests the nearest.
+    pub fn unknown_name<'a>(
+        &self,
+        span: Span,
+        what: &str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) -> Error {
+        let known: Vec<&str> = known.into_iter().collect();
+        self.error(span, format!("there is no {what} `{name}`; {}", allowed(what, name, &known)))
+    }
+
+    /// Line and column (in characters) of a byte offset, both from 1.
+    pub fn place(&self, offset: usize) -> (usize, usize) {
+        let mut end = offset.min(self.text.len());
+        while !self.text.is_char_boundary(end) {
+            end -= 1;
+        }
+        let before = &self.text[..end];
+        let start = before.rfind('\n').map_or(0, |i| i + 1);
+        (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+    }
+}
+
+/// "known: `a`, `b`; did you mean `a`?", or that there are none at all.
+pub fn allowed(what: &str, name: &str, known: &[&str]) -> String {
+    if known.is_empty() {
+        return format!("no {what} is defined");
+    }
+    let list: Vec<String> = known.iter().map(|k| format!("`{k}`")).collect();
+    let meant =
+        nearest(name, known.iter().copied()).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
+    format!("known: {}{meant}", list.join(", "))
+}
+
+/// serde's words for what is wrong, in those of someone who writes TOML.
+fn in_words(message: &str) -> String {
+    let mut message =
+        message.trim().replace('\n', "; ").replace("a sequence", "an array").replace("a map", "a table");
+    for (theirs, ours) in [("unknown field", "unknown key"), ("missing field", "missing key")] {
+        if let Some(rest) = message.strip_prefix(theirs) {
+            message = format!("{ours}{rest}");
+        }
+    }
+    if let Some((before, _)) = message.split_once("expected struct ") {
+        message = format!("{before}expected a table");
+    }
+    message
+}
+
+/// "unknown key `x`, expected `a` or `b`": the known name nearest to `x`.
+fn nearest_of_message(message: &str) -> Option<&str> {
+    if !(message.starts_with("unknown key `") || message.starts_with("unknown variant `")) {
+        return None;
+    }
+    // The parts between backticks: the unknown name first, the known ones after it.
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let name = quoted.next()?;
+    nearest(name, quoted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_lines_and_characters_from_one() {
+        let source = Source::from_text("a.toml", "é = 1\nwidth = 3\n");
+        assert_eq!(source.place(0), (1, 1));
+        assert_eq!(source.place("é = ".len()), (1, 5));
+        assert_eq!(source.place("é = 1\nwid".len()), (2, 4));
+        assert_eq!(source.place(1000), (3, 1));
+    }
+
+    #[test]
+    fn an_unknown_key_gets_the_nearest_known_one() {
+        #[derive(serde::Deserialize, Debug)]
+        #[serde(deny_unknown_fields)]
+        struct Film {
+            #[serde(rename = "width")]
+            _width: u32,
+            #[serde(rename = "height")]
+            _height: u32,
+        }
+        let source = Source::from_text("a.toml", "width = 3\n  heigth = 4\n");
+        let message = source.parse::<Film>().unwrap_err().to_string();
+        assert!(message.starts_with("a.toml:2:3: unknown key `heigth`"), "{message}");
+        assert!(message.ends_with("did you mean `height`?"), "{message}");
+    }
+}
