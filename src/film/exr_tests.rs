@@ -48,6 +48,18 @@ fn every_compression_we_might_use_is_lossless() {
     }
 }
 
+#[test]
+fn a_black_image_is_not_taken_for_a_false_claim() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.exr");
+    let mut image = LayeredImage::new(Image::new(1024, 512));
+    image.push("a", Image::new(1024, 512));
+    for compression in [Compression::ZIP16, Compression::PIZ, Compression::RLE] {
+        write_compressed(&path, &image, compression).unwrap();
+        assert_eq!(read_layers(&path).unwrap().layers.len(), 2, "{compression:?}");
+    }
+}
+
 fn write_channels(path: &Path, channels: Vec<(&str, FlatSamples)>) {
     let list = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
     let encoding = Encoding::FAST_LOSSLESS;
