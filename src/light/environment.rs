@@ -58,8 +58,8 @@ impl EnvironmentLight {
     /// `to_world` (see the module about where its pixels lie).
     ///
     /// # Errors
-    /// Where the number of pixels is wrong, a pixel or the scale is negative or not finite, or the matrix is not a
-    /// rotation.
+    /// Where the number of pixels is wrong, a pixel or the scale is negative or not finite, or the matrix is neither a
+    /// rotation nor a rotation with a reflection.
     pub fn image(
         width: usize,
         height: usize,

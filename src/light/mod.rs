@@ -75,6 +75,14 @@ pub struct LightPoint {
     pub prim: u32,
 }
 
+impl LightPoint {
+    /// The normal of the surface that the point lies on, for offsets of rays; `None` but for area lights.
+    #[inline]
+    pub fn surface_normal(&self) -> Option<Vec3A> {
+        (self.prim != u32::MAX).then_some(self.n)
+    }
+}
+
 /// The start of a light subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionSample {

@@ -15,7 +15,7 @@ fn directions_follow_their_density() {
         }
         let (geometry, lights) = alone(light);
         let at = lights.sample_emission(&geometry, 0.5, fixed, fixed).unwrap().point;
-        let one_sided = matches!(name, "sphere" | "disc");
+        let one_sided = matches!(name, "sphere" | "disc" | "mesh");
         let cap = match name {
             "spot" => Cap { axis: spot_axis(), cos_min: 35f64.to_radians().cos() },
             "hard spot" => Cap { axis: spot_axis(), cos_min: 50f64.to_radians().cos() },
@@ -152,6 +152,7 @@ fn analytic_power(name: &str, disc_radius: f32) -> f64 {
         "sphere both sides" => 2.0 * PI * (4.0 * PI * 0.25),
         "disc" => PI * (PI * 0.49),
         "disc both sides" => 2.0 * PI * (PI * 0.49),
+        "mesh" => PI * 0.4,
         "point" => 4.0 * PI,
         "spot" => cone(20.0, 35.0),
         "hard spot" => cone(50.0, 50.0),

@@ -6,22 +6,21 @@ mod refusals;
 mod toward;
 
 use super::*;
-use crate::geometry::{Geometry, ShapeDesc};
-use glam::{Mat3A, Vec2};
+use crate::geometry::{Geometry, ShapeDesc, TriangleMesh};
+use glam::{Mat3A, Vec2, Vec3};
 
 /// Shape 0: a sphere of radius 0.5 about (1, 2, 0). Shape 1: a disc of radius 0.7 about the origin that faces up, a
-/// little tilted. Shape 2: a floor.
+/// little tilted. Shape 2: a floor. Shape 3: a rectangle of 0.8 by 0.5 with a corner at (-2, 2, -2) that faces down.
 pub fn scene() -> Geometry {
     let centre = Vec3A::new(1.0, 2.0, 0.0);
-    geometry(vec![
+    let corner = Vec3::new(-2.0, 2.0, -2.0);
+    let rectangle = TriangleMesh::parallelogram(corner, Vec3::X * 0.8, Vec3::Z * 0.5).unwrap();
+    Geometry::build(vec![
         ShapeDesc::Sphere { centre, radius: 0.5 },
         ShapeDesc::Disc { centre: Vec3A::ZERO, normal: tilted(), radius: 0.7 },
         ShapeDesc::Disc { centre: Vec3A::new(0.0, -1.0, 0.0), normal: Vec3A::Y, radius: 4.0 },
+        ShapeDesc::Mesh(rectangle),
     ])
-}
-
-pub fn geometry(shapes: Vec<ShapeDesc>) -> Geometry {
-    Geometry::build(shapes)
 }
 
 /// Normal of the scene's tilted disc.
@@ -85,6 +84,7 @@ pub fn every_light() -> Vec<(&'static str, Light)> {
         ("sphere both sides", area(0, true)),
         ("disc", area(1, false)),
         ("disc both sides", area(1, true)),
+        ("mesh", area(3, false)),
         ("point", point()),
         ("spot", spot(20.0, 35.0)),
         ("hard spot", spot(50.0, 50.0)),
@@ -146,6 +146,7 @@ fn light_points_know_their_kind() {
         assert_eq!(lights.is_delta_position(&lp), position, "{kind}");
         assert_eq!(lights.is_delta_direction(&lp), direction, "{kind}");
         assert_eq!(lights.infinite_toward(Vec3A::Y).is_some(), kind == "environment");
+        assert_eq!(lp.surface_normal().is_some(), kind == "area");
         let s = geometry.sample_area(0, Vec2::new(0.2, 0.7));
         assert_eq!(lights.at_surface(&s).is_some(), kind == "area");
     }

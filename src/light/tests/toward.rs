@@ -95,6 +95,7 @@ fn irradiance_is_the_closed_form() {
     let sun = Vec3A::new(-1.0, 2.0, -0.5).normalize();
     let far = Vec3A::new(-3.0, 4.0, 5.0);
     let near = Vec3A::new(1.0, 1.4, 0.0);
+    let (aside, across) = (Vec3A::new(0.9, 0.8, -0.2), Vec3A::new(-0.8, -0.1, 0.6).normalize());
     // Light, where, normal, irradiance of the red channel (3 units).
     let rows: Vec<(&str, Light, Vec3A, Vec3A, f64)> = vec![
         // A sphere of radius r at the distance d: π L (r/d)².
@@ -113,6 +114,15 @@ fn irradiance_is_the_closed_form() {
         ("disc", area(1, false), d * 1.5, -d, PI * 0.49 / (0.49 + 2.25)),
         ("disc close", area(1, false), d * 0.5, -d, PI * 0.49 / (0.49 + 0.25)),
         ("disc's back", area(1, true), d * -1.5, d, PI * 0.49 / (0.49 + 2.25)),
+        ("disc aside", area(1, false), aside, across, disc_by_quadrature(aside, across)),
+        // From under the corner of a rectangle, parallel to it.
+        (
+            "rectangle",
+            area(3, false),
+            Vec3A::new(-2.0, 1.0, -2.0),
+            Vec3A::Y,
+            corner_of_rectangle(0.8, 0.5, 1.0),
+        ),
         ("point", point(), Vec3A::new(-1.0, -1.0, 0.5), Vec3A::Y, 1.0 / 4.0),
         ("spot's axis", spot(20.0, 35.0), spot_at(0.0, 2.0), -spot_axis(), 1.0 / 4.0),
         (
@@ -143,6 +153,30 @@ fn irradiance_is_the_closed_form() {
         let (geometry, lights) = alone(light);
         assert_mean(name, 3.0 * expected, 400_000, |s| irradiance(&lights, &geometry, p, n, s));
     }
+}
+
+/// Irradiance by a unit radiance from the scene's tilted disc, by midpoints of equal areas.
+fn disc_by_quadrature(p: Vec3A, n: Vec3A) -> f64 {
+    let (rings, sectors) = (400, 800);
+    let x = tilted().any_orthonormal_vector().as_dvec3();
+    let y = tilted().as_dvec3().cross(x);
+    let mut sum = 0.0;
+    for i in 0..rings {
+        let r = 0.7 * ((f64::from(i) + 0.5) / f64::from(rings)).sqrt();
+        for j in 0..sectors {
+            let (s, c) = (2.0 * PI * (f64::from(j) + 0.5) / f64::from(sectors)).sin_cos();
+            let to = r * (c * x + s * y) - p.as_dvec3();
+            let cosines = to.dot(n.as_dvec3()).max(0.0) * (-to.dot(tilted().as_dvec3())).max(0.0);
+            sum += cosines / to.length_squared().powi(2);
+        }
+    }
+    sum * PI * 0.49 / f64::from(rings * sectors)
+}
+
+/// Irradiance by a unit radiance from an a × b rectangle at the height h over the point, with a corner right above.
+fn corner_of_rectangle(a: f64, b: f64, h: f64) -> f64 {
+    let side = |a: f64, b: f64| a / a.hypot(h) * (b / a.hypot(h)).atan();
+    0.5 * (side(a, b) + side(b, a))
 }
 
 /// A normal at 60 degrees to the way from (1, 0, 0) up to the sphere's centre.
