@@ -33,7 +33,7 @@ fn directions_follow_their_density() {
             }
             Some(e.dir)
         };
-        cap.assert_sampler(name, 300_000, sample, |d| lights.pdf_direction(&at, d));
+        cap.assert_sampler(name, 1_000_000, sample, |d| lights.pdf_direction(&at, d));
     }
 }
 
