@@ -114,7 +114,7 @@ impl Conductor {
         let upper = from * side;
         let m = rough.sample_visible(upper, u);
         let to = 2.0 * upper.dot(m) * m - upper;
-        if to.z <= 0.0 {
+        if !same_side(upper, to) {
             return None;
         }
         let to = to * side;

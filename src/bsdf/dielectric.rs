@@ -5,7 +5,7 @@
 //! same from both ends of a refracted path, so that the reverse walk makes the same choice with the same probability.
 
 use super::ggx::{self, Ggx, Masking};
-use super::{BsdfSample, BsdfValue, Mode, flip_z, fresnel, reflect_z};
+use super::{BsdfSample, BsdfValue, Mode, flip_z, fresnel, grazing, reflect_z};
 use crate::math::Rgb;
 use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
@@ -90,13 +90,11 @@ impl Dielectric {
         if from.z > 0.0 { self.eta } else { 1.0 / self.eta }
     }
 
-    /// What happens at `uv` to light that meets a facet at the cosine `cos`, where the other side's index is `eta`
-    /// times this side's.
+    /// What happens at `uv` to light at a facet with this share of reflection.
     #[inline]
-    fn facet(&self, uv: Vec2, cos: f32, eta: f32) -> Facet {
-        let refraction = fresnel::dielectric(cos, eta);
+    fn facet(&self, uv: Vec2, refraction: fresnel::Refraction) -> Facet {
         let reflectance = self.reflectance.eval(uv) * refraction.reflectance;
-        let transmittance = self.transmittance.eval(uv) * (1.0 - refraction.reflectance);
+        let transmittance = self.transmittance.eval(uv) * refraction.transmittance;
         let (r, t) = (reflectance.max_element(), transmittance.max_element());
         let scale = if r + t > 0.0 { 1.0 / (r + t) } else { 0.0 };
         Facet { reflectance, transmittance, p_reflect: r * scale, p_transmit: t * scale, cos: refraction.cos }
@@ -106,7 +104,7 @@ impl Dielectric {
     pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         match &self.rough {
             None => BsdfValue::ZERO,
-            Some(_) if wl.z == 0.0 || wc.z == 0.0 => BsdfValue::ZERO,
+            Some(_) if grazing(wl) || grazing(wc) => BsdfValue::ZERO,
             Some(rough) if (wl.z > 0.0) == (wc.z > 0.0) => self.evaluate_reflection(rough, uv, wl, wc),
             Some(rough) => self.evaluate_transmission(rough, uv, wl, wc),
         }
@@ -116,7 +114,7 @@ impl Dielectric {
     #[inline]
     fn evaluate_reflection(&self, rough: &Ggx, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         let Some(m) = ggx::unit(wl + wc) else { return BsdfValue::ZERO };
-        let facet = self.facet(uv, wl.dot(m), self.eta_across(wl));
+        let facet = self.facet(uv, fresnel::dielectric(wl.dot(m), self.eta_across(wl)));
         let d = 0.25 * rough.d(m);
         BsdfValue {
             f: facet.reflectance * (d * rough.g2_reflect_over_cos(wl, wc)),
@@ -141,7 +139,7 @@ impl Dielectric {
         if l <= 0.0 || c <= 0.0 {
             return BsdfValue::ZERO;
         }
-        let facet = self.facet(uv, l, e);
+        let facet = self.facet(uv, fresnel::between(l, c, e));
         let common = rough.d(m) * l * c / h.length_squared();
         let pdf = common * facet.p_transmit;
         BsdfValue {
@@ -166,7 +164,7 @@ impl Dielectric {
     fn sample_smooth(&self, uv: Vec2, from: Vec3A, mode: Mode, u: f32) -> Option<BsdfSample> {
         let eta = self.eta_across(from);
         let cos = from.z.abs();
-        let facet = self.facet(uv, cos, eta);
+        let facet = self.facet(uv, fresnel::dielectric(cos, eta));
         if u < facet.p_reflect {
             let (pdf, weight) = (facet.p_reflect, facet.reflectance / facet.p_reflect);
             return Some(BsdfSample { to: reflect_z(from), weight, pdf, pdf_rev: pdf, specular: true });
@@ -201,6 +199,9 @@ impl Dielectric {
         mode: Mode,
         u: (f32, Vec2),
     ) -> Option<BsdfSample> {
+        if grazing(from) {
+            return None;
+        }
         let eta = self.eta_across(from);
         let upper = if from.z > 0.0 { from } else { flip_z(from) };
         let m = rough.sample_visible(upper, u.1);
@@ -208,7 +209,7 @@ impl Dielectric {
         if cos <= 0.0 {
             return None;
         }
-        let facet = self.facet(uv, cos, eta);
+        let facet = self.facet(uv, fresnel::dielectric(cos, eta));
         let reflected = u.0 < facet.p_reflect;
         let to = if reflected {
             2.0 * cos * m - upper
@@ -216,7 +217,7 @@ impl Dielectric {
             ((cos / eta - facet.cos) * m - upper / eta).normalize()
         };
         // Past the horizon: the light would meet another facet, which this model leaves out.
-        if (to.z > 0.0) != reflected || to.z == 0.0 {
+        if (to.z > 0.0) != reflected || grazing(to) {
             return None;
         }
         let to = if from.z > 0.0 { to } else { flip_z(to) };

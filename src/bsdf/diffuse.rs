@@ -1,6 +1,6 @@
 //! Lambertian reflection: f = ρ/π on both sides.
 
-use super::{BsdfSample, BsdfValue, same_side};
+use super::{BsdfSample, BsdfValue, grazing, same_side};
 use crate::math::{Rgb, RgbExt, warp};
 use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
@@ -35,7 +35,7 @@ impl Diffuse {
     pub(super) fn sample(&self, uv: Vec2, from: Vec3A, u: Vec2) -> Option<BsdfSample> {
         let mut to = warp::cosine_hemisphere(u);
         let weight = self.reflectance.eval(uv);
-        if to.z <= 0.0 || from.z == 0.0 || weight.is_black() {
+        if grazing(to) || grazing(from) || weight.is_black() {
             return None;
         }
         let pdf = warp::cosine_hemisphere_pdf(to.z);

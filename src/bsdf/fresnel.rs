@@ -7,27 +7,40 @@ use crate::math::Rgb;
 pub struct Refraction {
     /// The share that is reflected, 0 to 1; exactly 1 in total internal reflection.
     pub reflectance: f32,
+    /// The share that is transmitted, 0 to 1; exactly 0 in total internal reflection.
+    pub transmittance: f32,
     /// Cosine of the refracted ray with the far side's normal, ≥ 0; 0 in total internal reflection.
     pub cos: f32,
 }
 
-/// Reflectance of a boundary between two dielectrics, for the cosine `cos` > 0 on the near side and
+/// What a boundary between two dielectrics does, for the cosine `cos` > 0 on the near side and
 /// `eta` = η_far/η_near > 0.
 #[inline]
 pub fn dielectric(cos: f32, eta: f32) -> Refraction {
-    if eta == 1.0 {
-        // No boundary. The formula would divide 0 by 0 at grazing incidence.
-        return Refraction { reflectance: 0.0, cos };
-    }
     // cos²θ_far = 1 − (1 − cos²)/η² = (cos² + (η² − 1))/η², in the form that does not cancel near grazing incidence.
     let cos2 = cos * cos + (eta - 1.0) * (eta + 1.0);
-    if cos2 <= 0.0 {
-        return Refraction { reflectance: 1.0, cos: 0.0 };
+    if cos2 <= 0.0 && eta != 1.0 {
+        return Refraction { reflectance: 1.0, transmittance: 0.0, cos: 0.0 };
     }
-    let far = cos2.sqrt() / eta;
-    let s = (cos - eta * far) / (cos + eta * far);
-    let p = (eta * cos - far) / (eta * cos + far);
-    Refraction { reflectance: (0.5 * (s * s + p * p)).min(1.0), cos: far }
+    between(cos, cos2.sqrt() / eta, eta)
+}
+
+/// The same where the cosine on the far side is known, too. The near and the far side can change places, and the
+/// transmittance keeps its relative precision where it is small: a refracted path is the same from both ends.
+#[inline]
+pub fn between(near: f32, far: f32, eta: f32) -> Refraction {
+    if eta == 1.0 {
+        // No boundary. The formula would divide 0 by 0 at grazing incidence.
+        return Refraction { reflectance: 0.0, transmittance: 1.0, cos: far };
+    }
+    let (s, p) = (1.0 / (near + eta * far), 1.0 / (eta * near + far));
+    let (rs, rp) = ((near - eta * far) * s, (eta * near - far) * p);
+    Refraction {
+        reflectance: (0.5 * (rs * rs + rp * rp)).min(1.0),
+        // 1 − r_s² = 4 η near far/(near + η far)², and the same for p.
+        transmittance: (2.0 * eta * near * far * (s * s + p * p)).min(1.0),
+        cos: far,
+    }
 }
 
 /// Reflectance of a metal of complex index η + ik (relative to the medium in front of it), a channel each, for the

@@ -255,8 +255,18 @@ fn reflect_z(w: Vec3A) -> Vec3A {
     w * Vec3A::new(-1.0, -1.0, 1.0)
 }
 
-/// True where both directions lie strictly on the same side.
+/// Nearer to the surface than this, a direction is on neither side for a smooth lobe: its cosine is all rounding, and f,
+/// which grows as its inverse, would overflow. 1e-14 of the hemisphere's projected solid angle is lost.
+const GRAZING: f32 = 1e-7;
+
+/// True for directions that a smooth lobe does not take.
+#[inline]
+fn grazing(w: Vec3A) -> bool {
+    w.z.abs() < GRAZING
+}
+
+/// True where both directions lie clearly on the same side.
 #[inline]
 fn same_side(a: Vec3A, b: Vec3A) -> bool {
-    (a.z > 0.0 && b.z > 0.0) || (a.z < 0.0 && b.z < 0.0)
+    a.z * b.z > 0.0 && !grazing(a) && !grazing(b)
 }

@@ -8,7 +8,7 @@ use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// The largest exponent that single precision can evaluate to 1%.
+/// The largest exponent that single precision can evaluate to 0.1%.
 pub const MAX_EXPONENT: f32 = 1e5;
 
 /// A Phong surface, the same from both sides.
@@ -67,17 +67,18 @@ impl Phong {
     #[inline]
     pub(super) fn sample(&self, uv: Vec2, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
         let (_, _, share) = self.lobes(uv);
-        let to = if u.0 < share {
-            let d = warp::cosine_hemisphere(u.1);
-            Vec3A::new(d.x, d.y, d.z.copysign(from.z))
+        let side = Vec3A::new(1.0, 1.0, 1f32.copysign(from.z));
+        let upper = if u.0 < share {
+            warp::cosine_hemisphere(u.1)
         } else {
             // cos α = v^(1/(n+1)) has density (n+1)/(2π) cosⁿα. By way of its logarithm, so that sin α keeps its
             // digits where cos α is near 1. v is in (0, 1].
             let log = (1.0 - u.1.x).ln() / (self.exponent + 1.0);
             let sin = (-(2.0 * log).exp_m1()).max(0.0).sqrt();
             let (s, c) = (TAU * u.1.y).sin_cos();
-            Frame::from_normal(reflect_z(from)).to_world(Vec3A::new(sin * c, sin * s, log.exp()))
+            Frame::from_normal(reflect_z(from * side)).to_world(Vec3A::new(sin * c, sin * s, log.exp()))
         };
+        let to = upper * side;
         if !same_side(from, to) {
             return None;
         }

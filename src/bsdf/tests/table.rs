@@ -1,0 +1,138 @@
+//! The materials that every test goes through, and directions to look at them from.
+
+use crate::bsdf::*;
+use crate::math::{Rgb, Stream, StreamKind};
+use crate::texture::Texture;
+use glam::{Vec2, Vec3A};
+
+/// One row: a material, its name for messages, and the index of refraction inside over outside.
+pub struct Row {
+    pub name: String,
+    pub material: Material,
+    pub eta: f32,
+}
+
+pub fn grey(v: f32) -> Texture {
+    Texture::grey(v)
+}
+
+pub fn rgb(r: f32, g: f32, b: f32) -> Texture {
+    Texture::constant(Rgb::new(r, g, b))
+}
+
+pub fn diffuse(r: f32, g: f32, b: f32) -> Material {
+    Material::Diffuse(Diffuse::new(rgb(r, g, b)).unwrap())
+}
+
+pub fn metal(name: &str, alpha: f32) -> Material {
+    Material::Conductor(Conductor::metal(name, alpha, grey(1.0)).unwrap())
+}
+
+pub fn glass(eta: f32, alpha: f32) -> Material {
+    Material::Dielectric(Dielectric::new(eta, 1.0, alpha, grey(1.0), grey(1.0)).unwrap())
+}
+
+pub fn tinted_glass(alpha: f32) -> Material {
+    Material::Dielectric(Dielectric::new(1.6, 1.2, alpha, rgb(0.3, 0.5, 0.2), rgb(0.1, 0.8, 0.9)).unwrap())
+}
+
+pub fn phong(exponent: f32) -> Material {
+    Material::Phong(Phong::new(rgb(0.3, 0.1, 0.05), rgb(0.2, 0.4, 0.6), exponent).unwrap())
+}
+
+pub fn layered(parts: Vec<(f32, Material)>) -> Material {
+    Material::Layered(Layered::new(parts).unwrap())
+}
+
+pub fn mirror(v: f32) -> Material {
+    Material::Mirror(Mirror::new(grey(v)).unwrap())
+}
+
+fn row(name: &str, material: Material, eta: f32) -> Row {
+    Row { name: name.to_owned(), material, eta }
+}
+
+/// Everything with a smooth lobe that is broad enough to be binned over the whole sphere.
+pub fn broad() -> Vec<Row> {
+    let bare = Conductor::without_fresnel(0.3, grey(0.8)).unwrap().with_masking(Masking::Separable);
+    vec![
+        row("diffuse", diffuse(0.2, 0.9, 0.5), 1.0),
+        row("rough gold", metal("gold", 0.2), 1.0),
+        row("roughest iron", metal("Fe", 1.0), 1.0),
+        row("no Fresnel, separable", Material::Conductor(bare), 1.0),
+        row("rough glass", glass(1.5, 0.2), 1.5),
+        row("roughest glass", glass(1.5, 1.0), 1.5),
+        row("rough bubble", glass(0.75, 0.4), 0.75),
+        row("rough tinted glass", tinted_glass(0.5), 1.6 / 1.2),
+        row("phong", phong(15.0), 1.0),
+        row(
+            "varnish: diffuse, rough copper, mirror",
+            layered(vec![(0.5, diffuse(0.8, 0.2, 0.1)), (0.3, metal("copper", 0.4)), (0.2, mirror(1.0))]),
+            1.0,
+        ),
+        row(
+            "rough glass, phong and smooth glass",
+            layered(vec![(0.4, glass(1.5, 0.3)), (0.5, phong(30.0)), (0.1, glass(1.5, 0.0))]),
+            1.5,
+        ),
+    ]
+}
+
+/// Everything with a smooth lobe: the broad ones, and lobes that are narrow.
+pub fn smooth() -> Vec<Row> {
+    let mut rows = broad();
+    rows.extend([
+        row("polished silver", metal("silver", 0.01), 1.0),
+        row("polished glass", glass(1.5, 0.02), 1.5),
+        row("narrow phong", phong(3000.0), 1.0),
+    ]);
+    rows
+}
+
+/// Every material, with the specular ones.
+pub fn all() -> Vec<Row> {
+    let mut rows = smooth();
+    rows.extend([
+        row("mirror", mirror(0.7), 1.0),
+        row("smooth gold", metal("Au", 0.0), 1.0),
+        row("glass", glass(1.5, 0.0), 1.5),
+        row("bubble", glass(0.7, 0.0), 0.7),
+        row("matched glass", glass(1.0, 0.0), 1.0),
+        row("tinted glass", tinted_glass(0.0), 1.6 / 1.2),
+        row("null", Material::Null, 1.0),
+    ]);
+    rows
+}
+
+/// The unit direction of that cosine and azimuth.
+pub fn direction(cos: f32, phi: f32) -> Vec3A {
+    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
+    Vec3A::new(sin * phi.cos(), sin * phi.sin(), cos)
+}
+
+/// Steep, oblique and grazing, from outside and from inside.
+pub fn directions() -> [Vec3A; 6] {
+    [(0.95, 0.3), (0.6, 2.0), (0.05, -1.0), (-0.9, 0.7), (-0.5, -2.5), (-0.1, 1.2)]
+        .map(|(c, p)| direction(c, p))
+}
+
+pub fn stream(seed: u64) -> Stream {
+    Stream::new(seed, 0, StreamKind::Other, 0)
+}
+
+/// A direction uniform over the sphere.
+pub fn any_direction(s: &mut Stream) -> Vec3A {
+    crate::math::warp::uniform_sphere(s.next_2d())
+}
+
+/// Where on the textures: they are constant here.
+pub const UV: Vec2 = Vec2::ZERO;
+
+/// η²(to)/η²(from) by the sides that the directions are on: what a camera walk's weight lacks to be an energy.
+pub fn radiance_to_energy(eta: f32, from: Vec3A, to: Vec3A) -> f32 {
+    match (from.z > 0.0, to.z > 0.0) {
+        (true, false) => eta * eta,
+        (false, true) => 1.0 / (eta * eta),
+        _ => 1.0,
+    }
+}
