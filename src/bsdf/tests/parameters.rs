@@ -123,3 +123,50 @@ fn a_material_stays_small() {
     assert!(size_of::<Material>() <= 64, "{}", size_of::<Material>());
     assert_eq!(size_of::<Texture>(), 16);
 }
+
+/// Not a check, a measurement: nanoseconds per call. Run with --ignored --nocapture.
+#[test]
+#[ignore = "a measurement"]
+fn speed() {
+    use crate::math::Stream;
+    let n = 4_000_000u32;
+    let rows = [
+        ("diffuse", diffuse(0.5, 0.6, 0.7)),
+        ("rough gold", metal("gold", 0.2)),
+        ("rough glass", glass(1.5, 0.2)),
+        ("glass", glass(1.5, 0.0)),
+        ("phong", phong(50.0)),
+        ("layered", layered(vec![(0.5, diffuse(0.5, 0.5, 0.5)), (0.5, metal("gold", 0.2))])),
+    ];
+    println!("Material: {} bytes", size_of::<Material>());
+    for (name, material) in rows {
+        let material = std::hint::black_box(material);
+        let time = |f: &mut dyn FnMut(&mut Stream) -> f32| {
+            let mut s = stream(1);
+            // The thread's own time: others may be using the machine.
+            let cpu = || -> f64 {
+                let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
+                stat.split(' ').next().unwrap().parse().unwrap()
+            };
+            let t = cpu();
+            let mut sum = 0.0;
+            for _ in 0..n {
+                sum += f(&mut s);
+            }
+            std::hint::black_box(sum);
+            (cpu() - t) / f64::from(n)
+        };
+        let from = direction(0.7, 0.3);
+        let idle = time(&mut |s| s.next_1d() + s.next_2d().x);
+        let sample = time(&mut |s| {
+            let u = (s.next_1d(), s.next_2d());
+            material.sample(UV, from, Mode::Radiance, u).map_or(0.0, |b| b.weight.x + b.to.x + b.pdf_rev)
+        });
+        let base = time(&mut |s| any_direction(s).x);
+        let evaluate = time(&mut |s| {
+            let v = material.evaluate(UV, from, any_direction(s));
+            v.f.x + v.pdf_lc + v.pdf_cl
+        });
+        println!("{name}: sample {:.1} ns, evaluate {:.1} ns", sample - idle, evaluate - base);
+    }
+}
