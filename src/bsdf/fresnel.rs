@@ -52,8 +52,8 @@ pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
     let (c2, s2) = (c * c, (1.0 - c) * (1.0 + c));
     // (a + ib)² = (η + ik)² − sin²θ: the refracted wave's normal component.
     let difference = eta * eta - k * k - s2;
-    let modulus = (difference * difference + 4.0 * (eta * k) * (eta * k)).map(f32::sqrt);
-    let a = (0.5 * (modulus + difference)).max(Rgb::ZERO).map(f32::sqrt);
+    let modulus = (difference * difference + 4.0 * (eta * k) * (eta * k)).sqrt();
+    let a = (0.5 * (modulus + difference)).max(Rgb::ZERO).sqrt();
     let (t1, t2) = (modulus + c2, 2.0 * c * a);
     let rs = (t1 - t2) / (t1 + t2);
     let (t3, t4) = (c2 * modulus + s2 * s2, t2 * s2);

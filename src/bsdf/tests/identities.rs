@@ -173,7 +173,7 @@ fn extreme_directions_give_numbers() {
     let cosines = [0.0, 1e-38, 1e-20, 1e-10, 1e-7, 1e-4, 0.3, 1.0 - 1e-7, 1.0];
     let mut directions = Vec::new();
     for c in cosines {
-        for phi in [0.0, 1.5, 3.141_592_7] {
+        for phi in [0.0, 1.5, std::f32::consts::PI] {
             directions.extend([direction(c, phi), direction(-c, phi)]);
         }
     }
