@@ -1,0 +1,86 @@
+//! When a render ends.
+
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What a render may use up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// So many samples per pixel, which is as many iterations.
+    Spp(u64),
+    /// So many seconds of rendering, to the nearest whole iteration; at least one.
+    Seconds(f64),
+}
+
+impl Budget {
+    /// Whether another iteration fits in, after `iterations` that took `seconds` in all.
+    pub fn goes_on(self, iterations: u64, seconds: f64) -> bool {
+        match self {
+            Self::Spp(spp) => iterations < spp,
+            // Half an iteration beyond the end is as near to it as half an iteration before.
+            Self::Seconds(limit) => iterations == 0 || seconds + 0.5 * seconds / iterations as f64 <= limit,
+        }
+    }
+
+    /// The share that is done, in [0, 1].
+    pub fn share(self, iterations: u64, seconds: f64) -> f64 {
+        match self {
+            Self::Spp(spp) => iterations as f64 / spp.max(1) as f64,
+            Self::Seconds(limit) => seconds / limit,
+        }
+        .clamp(0.0, 1.0)
+    }
+}
+
+impl std::fmt::Display for Budget {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Spp(spp) => write!(f, "{spp} spp"),
+            Self::Seconds(seconds) => write!(f, "{seconds} s"),
+        }
+    }
+}
+
+/// A wish to stop, from Ctrl-C: the iteration under way is completed, what is there is kept.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Asks for the stop.
+    pub fn request(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether it was asked for.
+    pub fn requested(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_counted_exactly() {
+        assert!(Budget::Spp(3).goes_on(2, 1e9));
+        assert!(!Budget::Spp(3).goes_on(3, 0.0));
+        assert_eq!(Budget::Spp(4).share(1, 0.0), 0.25);
+    }
+
+    #[test]
+    fn time_ends_at_the_nearest_iteration() {
+        let run = |each: f64, limit: f64| {
+            let mut n = 0;
+            while Budget::Seconds(limit).goes_on(n, n as f64 * each) {
+                n += 1;
+            }
+            n
+        };
+        assert_eq!(run(0.3, 1.0), 3, "0.9 is nearer than 1.2");
+        assert_eq!(run(0.35, 1.0), 3, "1.05 is nearer than 0.7");
+        assert_eq!(run(5.0, 1.0), 1, "at least one");
+    }
+}

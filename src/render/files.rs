@@ -1,0 +1,153 @@
+//! What a render leaves on disk: one EXR with its layers and with the words that tell how it was made.
+
+use super::Outcome;
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::film::exr::LayeredImage;
+use crate::scene::Scene;
+use crate::transport::settings::{Heuristic, Layers, Settings};
+use crate::transport::technique::Technique;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Name of the layer with the variance of the default layer's pixels.
+pub const VARIANCE: &str = "variance";
+
+/// The program's name and version.
+pub const PROGRAM: &str = concat!("tyndall ", env!("CARGO_PKG_VERSION"));
+
+/// Everything that decides the pixels beside the scene, in words: written beside every result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Resolved {
+    /// The scene file.
+    pub scene: String,
+    /// Width and height of the full frame in pixels.
+    pub size: [u32; 2],
+    /// What of it was rendered: x0, y0, x1, y1.
+    pub crop: [u32; 4],
+    /// Keys of the techniques.
+    pub techniques: Vec<String>,
+    /// `balance`, or `power 2`.
+    pub heuristic: String,
+    /// Shortest paths, in segments.
+    pub min_length: u32,
+    /// Longest paths, in segments.
+    pub max_length: u32,
+    /// Names the random numbers; as text, since TOML has no such large numbers.
+    pub seed: String,
+    /// Which images were kept.
+    pub layers: Layers,
+    /// With layers `all`: longest paths with (s, t) images.
+    pub pyramid: u32,
+}
+
+impl Resolved {
+    /// Of a render of the scene in the file `path`.
+    pub fn new(path: &str, scene: &Scene, settings: &Settings) -> Self {
+        let (size, crop) = (scene.camera.size(), scene.camera.crop());
+        Self {
+            scene: path.to_owned(),
+            size: size.to_array(),
+            crop: [crop.x0, crop.y0, crop.x1, crop.y1],
+            techniques: settings.techniques.iter().map(|t| t.info().key.to_owned()).collect(),
+            heuristic: heuristic_text(settings.heuristic),
+            min_length: settings.min_length,
+            max_length: settings.max_length,
+            seed: settings.seed.to_string(),
+            layers: settings.layers,
+            pyramid: settings.pyramid,
+        }
+    }
+
+    /// As JSON in one line.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("plain structs have a JSON form")
+    }
+}
+
+/// `balance`, or `power 2`.
+pub fn heuristic_text(heuristic: Heuristic) -> String {
+    match heuristic {
+        Heuristic::Balance => "balance".into(),
+        Heuristic::Power(exponent) => format!("power {exponent}"),
+    }
+}
+
+/// How many contributions were dropped, by the technique's key; those without any are missing.
+pub fn dropped(film: &Film) -> BTreeMap<String, u64> {
+    let counts = film.dropped().0;
+    let of = |t: Technique| (t.info().key.to_owned(), counts[t.index()]);
+    Technique::all().map(of).filter(|(_, count)| *count > 0).collect()
+}
+
+/// The film as an EXR: the image in the default layer, its variance (from the second iteration on), the technique
+/// layers that `settings` ask for, and how it was made.
+pub fn layered(scene: &Scene, settings: &Settings, resolved: &Resolved, outcome: &Outcome) -> LayeredImage {
+    let film = &outcome.film;
+    let mut file = LayeredImage::new(film.image());
+    let origin = film.origin();
+    file.origin = origin.map(|v| v as i32);
+    file.full_size = scene.camera.size().to_array().map(|v| v as usize);
+    if film.iterations() > 1 {
+        file.push(VARIANCE, film.variance());
+    }
+    if settings.layers != Layers::None {
+        for (kind, image) in film.layers() {
+            file.push(kind.name(), image);
+        }
+    }
+    file.metadata = metadata(resolved, settings, outcome);
+    file
+}
+
+/// How a render was made, as an EXR's string attributes.
+fn metadata(resolved: &Resolved, settings: &Settings, outcome: &Outcome) -> Vec<(String, String)> {
+    let dropped = serde_json::to_string(&dropped(&outcome.film)).expect("a map of numbers has a JSON form");
+    let entries = [
+        ("version", PROGRAM.to_owned()),
+        ("settings", resolved.json()),
+        ("seed", settings.seed.to_string()),
+        ("iterations", outcome.film.iterations().to_string()),
+        ("seconds", format!("{:.6}", outcome.seconds)),
+        ("cameraPaths", outcome.camera_paths.to_string()),
+        ("lightPaths", outcome.light_paths.to_string()),
+        ("dropped", dropped),
+        ("partial", outcome.partial.to_string()),
+    ];
+    entries.into_iter().map(|(key, text)| (format!("tyndall.{key}"), text)).collect()
+}
+
+/// Makes a folder, and those above it, unless they are there; and sees whether files can be made in it.
+///
+/// # Errors
+/// Where they cannot.
+pub fn prepare_folder(dir: &Path) -> Result<()> {
+    let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
+    std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, "make this folder", &e))?;
+    check_writable(dir)
+}
+
+/// Sees whether a file of that name can be made, before hours are spent on what goes into it.
+///
+/// # Errors
+/// Where it cannot.
+pub fn check_output(file: &Path) -> Result<()> {
+    if file.is_dir() {
+        return Err(Error::file(file, "is a folder: the name of a file is needed"));
+    }
+    let dir = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !dir.is_dir() {
+        return Err(Error::file(file, format!("cannot write it: there is no folder {}", dir.display())));
+    }
+    check_writable(dir)
+}
+
+fn check_writable(dir: &Path) -> Result<()> {
+    tempfile::Builder::new()
+        .prefix(".tyndall-")
+        .tempfile_in(dir)
+        .map(drop)
+        // The kind alone: the error's own words name the temporary file.
+        .map_err(|e| Error::io(dir, "write into this folder", &e.kind().into()))
+}

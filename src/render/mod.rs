@@ -1,0 +1,12 @@
+//! A render with a budget: the loop around the iterations, its clock, and what is kept of it.
+//!
+//! The clock runs during iterations only. What watchers do between them (metrics, progress, files) is not counted.
+
+mod budget;
+pub mod files;
+mod job;
+pub mod observer;
+
+pub use budget::{Budget, Stop};
+pub use job::{Job, Outcome};
+pub use observer::{Observer, Silent};

@@ -1,0 +1,26 @@
+//! Who wants to know how a render goes on: a progress bar, a log, nobody.
+
+use super::Budget;
+
+/// Follows renders, one after the other.
+pub trait Observer {
+    /// A render begins: what it is called, and what it may use.
+    fn begin(&mut self, what: &str, budget: Budget);
+    /// So many iterations are complete, in so many seconds.
+    fn advance(&mut self, iterations: u64, seconds: f64);
+    /// The render has ended, by its budget or by a stop.
+    fn end(&mut self);
+    /// Something that is worth a line of its own.
+    fn note(&mut self, line: &str);
+}
+
+/// Nobody.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {
+    fn begin(&mut self, _: &str, _: Budget) {}
+    fn advance(&mut self, _: u64, _: f64) {}
+    fn end(&mut self) {}
+    fn note(&mut self, _: &str) {}
+}
