@@ -9,18 +9,22 @@
 //! results/<experiment>/
 //!     results.json            this file
 //!     results.csv             a row a (scene, estimator, run, metric): see `csv`
-//!     experiment.toml         the experiment as it was resolved
+//!     convergence.csv         likewise a row a checkpoint
+//!     experiment.toml         the experiment file, with the changes of `--set`
 //!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
 //!     <scene>/reference.png
-//!     <scene>/<estimator>/run-00.exr …   default layer, `variance`, and the technique layers that were asked for
+//!     <scene>/<estimator>/settings.toml  the resolved settings of each run
+//!     <scene>/<estimator>/run-00.exr …   default layer, and `variance` from 2 samples per pixel on
 //!     <scene>/<estimator>/run-00.png     the first run: what the budget buys
-//!     <scene>/<estimator>/mean.exr       the mean over the runs, of every layer
+//!     <scene>/<estimator>/mean.exr       the mean over the runs, with the technique layers that were asked for
 //!     <scene>/<estimator>/mean.png
 //!     <scene>/<estimator>/error.exr      a layer a metric: its map, the mean over the runs
 //!     <scene>/<estimator>/error-<metric>.png
 //! ```
 
 use crate::error::{Error, Result};
+use crate::film::output::write_bytes;
+pub use crate::render::Budget;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -198,16 +202,6 @@ pub struct EstimatorSettings {
     pub budget: Budget,
 }
 
-/// What a run may use up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Budget {
-    /// So many samples per pixel, which is as many iterations.
-    Spp(u64),
-    /// So many seconds of rendering; the iteration under way at their end is completed.
-    Seconds(f64),
-}
-
 /// One estimator in one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
@@ -262,9 +256,12 @@ pub struct Run {
     pub dropped: BTreeMap<String, u64>,
     /// Whether it was stopped before its budget.
     pub partial: bool,
+    /// The mean of the image over its pixels, by channel.
+    pub mean: [f64; 3],
     /// Value of each metric, by its key.
     pub metrics: BTreeMap<String, f64>,
-    /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end.
+    /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end. Only metrics that are quick to compute:
+    /// not FLIP.
     pub checkpoints: Vec<Checkpoint>,
     /// Its EXR.
     pub exr: String,
@@ -337,9 +334,9 @@ pub struct CurvePoint {
 pub struct Files {
     /// The first run as a PNG at the scene's exposure: what the budget buys.
     pub png: String,
-    /// The first run as an EXR, with the technique layers that were asked for.
+    /// The first run as an EXR, without technique layers.
     pub exr: String,
-    /// The mean over the runs as an EXR, layers and all: the best there is for strips and pyramids.
+    /// The mean over the runs as an EXR, with the technique layers that were asked for.
     pub mean_exr: String,
     /// The same as a PNG.
     pub mean_png: String,
@@ -347,8 +344,7 @@ pub struct Files {
     pub error_exr: Option<String>,
     /// PNGs of these maps in false colour from 0 to [`MetricInfo::map_scale`], by the metric's key.
     pub error_png: BTreeMap<String, String>,
-    /// Names of the layers of `exr` and `mean_exr` beside the default one and `variance`: `weighted.nee`,
-    /// `unweighted.s02t03` and so on.
+    /// Names of the technique layers of `mean_exr`: `weighted.nee`, `unweighted.s02t03` and so on.
     pub layers: Vec<String>,
 }
 
@@ -371,6 +367,16 @@ impl Results {
     /// The cell of a scene and an estimator, by their keys.
     pub fn cell(&self, scene: &str, estimator: &str) -> Option<&Cell> {
         self.cells.iter().find(|c| c.scene == scene && c.estimator == estimator)
+    }
+
+    /// Writes `results.json` into the folder of results, whole or not at all.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write(&self, dir: impl AsRef<Path>) -> Result<()> {
+        let path = dir.as_ref().join(FILE_NAME);
+        let json = serde_json::to_string_pretty(self).map_err(|e| Error::file(&path, e.to_string()))?;
+        write_bytes(&path, json.as_bytes())
     }
 }
 
@@ -426,6 +432,7 @@ mod tests {
             light_paths: 0,
             dropped: BTreeMap::from([("nee".into(), 2)]),
             partial: true,
+            mean: [0.5; 3],
             metrics: BTreeMap::from([("mse".into(), 1.0 / 3.0)]),
             checkpoints: vec![Checkpoint { spp: 1, seconds: 0.02, metrics: BTreeMap::new() }],
             exr: "box/pt/run-00.exr".into(),

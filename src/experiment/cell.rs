@@ -1,0 +1,390 @@
+//! One estimator in one scene: its runs, their files and their numbers.
+
+use super::measure::{curve, efficiency, estimate, run_variances};
+use super::metrics::Metric;
+use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
+use super::reference::Truth;
+use super::results::{Cell, Checkpoint, Estimate, Files, Run, Summary};
+use crate::error::{Error, Result};
+use crate::film::exr::{self, LayeredImage};
+use crate::film::output::write_bytes;
+use crate::film::png::{self, ToneCurve};
+use crate::film::{Image, ScalarImage};
+use crate::render::files::{Resolved, VARIANCE, dropped, layered, prepare_folder};
+use crate::render::{Budget, Job, Observer, Outcome, Stop};
+use crate::scene::Scene;
+use crate::transport::settings::{Layers, Settings};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Where the noise of the reference is more than this share of a metric, a warning is given.
+const REFERENCE_NOISE: f64 = 0.1;
+
+/// A run in time that ends further than this from its budget is warned about.
+const TIME_TOLERANCE: f64 = 0.05;
+
+/// What the cells of a scene share.
+pub struct SceneContext<'a> {
+    /// The experiment.
+    pub plan: &'a Plan,
+    /// The scene's entry.
+    pub entry: &'a ScenePlan,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What it is measured against.
+    pub truth: Option<&'a Truth>,
+    /// The folder of results.
+    pub out: &'a Path,
+    /// To stop early.
+    pub stop: &'a Stop,
+}
+
+/// A cell with the means over its runs of its error maps, by the metric's key.
+pub struct Measured {
+    /// What goes into the results.
+    pub cell: Cell,
+    /// The maps.
+    pub maps: BTreeMap<String, ScalarImage>,
+}
+
+/// What is gathered run by run.
+struct Gathered {
+    runs: Vec<Run>,
+    images: Vec<Image>,
+    /// One a run.
+    mse: Vec<f64>,
+    maps: BTreeMap<String, ScalarImage>,
+    mean: MeanLayers,
+    settings: Vec<Resolved>,
+}
+
+/// The settings of a cell's runs, as they are written beside its images.
+#[derive(Serialize)]
+struct CellSettings<'a> {
+    budget: Budget,
+    run: &'a [Resolved],
+}
+
+impl SceneContext<'_> {
+    /// Does all runs of an estimator, and writes their images. None if a stop came before the first sample.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn measure(
+        &self,
+        estimator: &EstimatorPlan,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Measured>> {
+        let folder = format!("{}/{}", self.entry.key, estimator.key);
+        prepare_folder(&self.out.join(&folder))?;
+        let mut gathered = Gathered {
+            runs: Vec::new(),
+            images: Vec::new(),
+            mse: Vec::new(),
+            maps: BTreeMap::new(),
+            mean: MeanLayers::default(),
+            settings: Vec::new(),
+        };
+        for index in 0..self.plan.runs {
+            if self.stop.requested() {
+                break;
+            }
+            let defaults = Lengths::from(self.scene.notes.defaults);
+            let settings = self.plan.settings(self.entry, defaults, estimator, index)?;
+            self.run(estimator, &folder, index, &settings, observer, &mut gathered)?;
+        }
+        if gathered.runs.is_empty() {
+            return Ok(None);
+        }
+        let scale = 1.0 / gathered.runs.len() as f32;
+        for map in gathered.maps.values_mut() {
+            map.values.iter_mut().for_each(|v| *v *= scale);
+        }
+        let text = toml::to_string(&CellSettings { budget: estimator.budget, run: &gathered.settings })
+            .map_err(|e| Error::usage(format!("cannot write settings: {e}")))?;
+        write_bytes(&self.out.join(&folder).join("settings.toml"), text.as_bytes())?;
+        let files = self.write_means(&folder, &gathered)?;
+        let cell = self.cell(estimator, &gathered, files);
+        Ok(Some(Measured { cell, maps: gathered.maps }))
+    }
+
+    /// One run: one seed.
+    fn run(
+        &self,
+        estimator: &EstimatorPlan,
+        folder: &str,
+        index: u32,
+        settings: &Settings,
+        observer: &mut dyn Observer,
+        gathered: &mut Gathered,
+    ) -> Result<()> {
+        let number = if self.plan.runs > 1 {
+            format!(", run {} of {}", index + 1, self.plan.runs)
+        } else {
+            String::new()
+        };
+        observer.begin(&format!("{}: {}{number}", self.entry.key, estimator.key), estimator.budget);
+        let mut checkpoints = Vec::new();
+        let job = Job { scene: self.scene, settings: *settings, budget: estimator.budget, first: 0 };
+        let outcome = job.run(self.stop, observer, |outcome| {
+            if outcome.film.iterations().is_power_of_two() {
+                checkpoints.extend(self.checkpoint(outcome)?);
+            }
+            Ok(())
+        });
+        observer.end();
+        let outcome = outcome?;
+        if outcome.film.iterations() == 0 {
+            return Ok(());
+        }
+        if !outcome.film.iterations().is_power_of_two() {
+            checkpoints.extend(self.checkpoint(&outcome)?);
+        }
+        let exr = format!("{folder}/run-{index:02}.exr");
+        let resolved = Resolved::new(&self.entry.file, self.scene, settings);
+        // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
+        let bare = Settings { layers: Layers::None, ..*settings };
+        exr::write(self.out.join(&exr), &layered(self.scene, &bare, &resolved, &outcome))?;
+        gathered.mean.add(layered(self.scene, settings, &resolved, &outcome));
+        let image = outcome.film.image();
+        let metrics = self.metrics(&image, &mut gathered.maps)?;
+        if let Some(truth) = self.truth {
+            gathered.mse.push(Metric::Mse.measure(&image, &truth.image)?.value);
+        }
+        gathered.runs.push(Run {
+            index,
+            seed: settings.seed,
+            spp: outcome.film.iterations(),
+            seconds: outcome.seconds,
+            camera_paths: outcome.camera_paths,
+            light_paths: outcome.light_paths,
+            dropped: dropped(&outcome.film),
+            partial: outcome.partial,
+            mean: image.mean(),
+            metrics,
+            checkpoints,
+            exr,
+        });
+        gathered.images.push(image);
+        gathered.settings.push(resolved);
+        Ok(())
+    }
+
+    /// The metrics that are quick to compute, on the way.
+    fn checkpoint(&self, outcome: &Outcome) -> Result<Option<Checkpoint>> {
+        let Some(truth) = self.truth else { return Ok(None) };
+        let image = outcome.film.image();
+        let mut metrics = BTreeMap::new();
+        for metric in self.plan.metrics.iter().filter(|m| is_quick(**m)) {
+            let value = metric.measure(&image, &truth.image)?.value;
+            metrics.insert(metric.description().key.to_owned(), value);
+        }
+        Ok(Some(Checkpoint { spp: outcome.film.iterations(), seconds: outcome.seconds, metrics }))
+    }
+
+    /// All metrics at the end of a run; its maps are added up.
+    fn metrics(
+        &self,
+        image: &Image,
+        maps: &mut BTreeMap<String, ScalarImage>,
+    ) -> Result<BTreeMap<String, f64>> {
+        let mut values = BTreeMap::new();
+        let Some(truth) = self.truth else { return Ok(values) };
+        for metric in &self.plan.metrics {
+            let key = metric.description().key;
+            let measurement = metric.measure(image, &truth.image)?;
+            values.insert(key.to_owned(), measurement.value);
+            match maps.get_mut(key) {
+                None => drop(maps.insert(key.to_owned(), measurement.map)),
+                Some(sum) => {
+                    sum.values.iter_mut().zip(&measurement.map.values).for_each(|(s, v)| *s += v);
+                }
+            }
+        }
+        Ok(values)
+    }
+
+    fn write_means(&self, folder: &str, gathered: &Gathered) -> Result<Files> {
+        let mean = gathered.mean.finish();
+        let named = |name: &str| format!("{folder}/{name}");
+        let mut files = Files {
+            png: named("run-00.png"),
+            exr: gathered.runs[0].exr.clone(),
+            mean_exr: named("mean.exr"),
+            mean_png: named("mean.png"),
+            error_exr: None,
+            error_png: BTreeMap::new(),
+            layers: mean
+                .layers
+                .iter()
+                .map(|l| l.name.clone())
+                .filter(|n| !n.is_empty() && n != VARIANCE)
+                .collect(),
+        };
+        let exposure = self.entry.exposure;
+        exr::write(self.out.join(&files.mean_exr), &mean)?;
+        let default = mean.layer("").expect("renders have a default layer");
+        png::write(self.out.join(&files.mean_png), default, exposure, ToneCurve::Srgb)?;
+        png::write(self.out.join(&files.png), &gathered.images[0], exposure, ToneCurve::Srgb)?;
+        if !gathered.maps.is_empty() {
+            let mut maps = mean_of_maps(&gathered.maps);
+            maps.origin = mean.origin;
+            maps.full_size = mean.full_size;
+            files.error_exr = Some(named("error.exr"));
+            exr::write(self.out.join(named("error.exr")), &maps)?;
+        }
+        Ok(files)
+    }
+
+    fn cell(&self, estimator: &EstimatorPlan, gathered: &Gathered, files: Files) -> Cell {
+        let runs = &gathered.runs;
+        let seconds: Vec<f64> = runs.iter().map(|r| r.seconds).collect();
+        let spp: Vec<f64> = runs.iter().map(|r| r.spp as f64).collect();
+        let variances = run_variances(&gathered.images);
+        let keys = || self.plan.metrics.iter().map(|m| m.description().key);
+        let over_runs = |key: &str| {
+            let values: Option<Vec<f64>> = runs.iter().map(|r| r.metrics.get(key).copied()).collect();
+            estimate(&values?)
+        };
+        let summary: Vec<Summary> = keys()
+            .filter_map(|key| Some(Summary { metric: key.to_owned(), value: over_runs(key)? }))
+            .collect();
+        let nothing = Estimate { mean: 0.0, interval: None };
+        let settings = &gathered.settings[0];
+        let mut cell = Cell {
+            scene: self.entry.key.clone(),
+            estimator: estimator.key.clone(),
+            min_length: settings.min_length,
+            max_length: settings.max_length,
+            summary,
+            variance: estimate(&variances),
+            efficiency: efficiency(&gathered.mse, &seconds),
+            variance_efficiency: efficiency(&variances, &seconds),
+            seconds: estimate(&seconds).unwrap_or(nothing),
+            spp: estimate(&spp).unwrap_or(nothing),
+            convergence: keys().filter_map(|key| curve(key, runs)).filter(|c| !c.points.is_empty()).collect(),
+            files,
+            warnings: Vec::new(),
+            runs: runs.clone(),
+        };
+        cell.warnings = self.warnings(estimator, &cell);
+        cell
+    }
+
+    fn warnings(&self, estimator: &EstimatorPlan, cell: &Cell) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if cell.runs.iter().any(|r| r.partial) || cell.runs.len() < self.plan.runs as usize {
+            warnings.push("stopped before all its runs were complete".to_owned());
+        }
+        let dropped: u64 = cell.runs.iter().flat_map(|r| r.dropped.values()).sum();
+        if dropped > 0 {
+            warnings.push(format!("{dropped} contributions were not finite and were dropped"));
+        }
+        if let Budget::Seconds(limit) = estimator.budget
+            && (cell.seconds.mean / limit - 1.0).abs() > TIME_TOLERANCE
+            && !cell.runs.iter().any(|r| r.partial)
+        {
+            let (mean, spp) = (cell.seconds.mean, cell.spp.mean);
+            warnings.push(format!(
+                "runs took {mean:.3} s and not {limit} s: an iteration is a long part of that ({spp:.0} spp)"
+            ));
+        }
+        if let Some(truth) = self.truth {
+            self.warn_of_reference(truth, cell, &mut warnings);
+        }
+        warnings
+    }
+
+    fn warn_of_reference(&self, truth: &Truth, cell: &Cell, warnings: &mut Vec<String>) {
+        let own = [Some(cell.min_length), Some(cell.max_length)];
+        let its = [truth.lengths.min, truth.lengths.max];
+        if own.iter().zip(&its).any(|(own, its)| its.is_some() && its != own) {
+            warnings.push(format!(
+                "its paths have {} to {} segments, those of the reference {} to {}: a part of the error is that",
+                cell.min_length,
+                cell.max_length,
+                its[0].unwrap_or(cell.min_length),
+                its[1].unwrap_or(cell.max_length)
+            ));
+        }
+        if cell.runs.iter().any(|r| Some(r.seed) == truth.seed) {
+            warnings.push("a run and the reference have the same seed: they are not independent".to_owned());
+        }
+        let Some(variance) = &truth.variance else { return };
+        for metric in &self.plan.metrics {
+            let Some(value) = cell.metric(metric.description().key) else { continue };
+            let Ok(Some(noise)) = metric.reference_noise(&truth.image, variance) else { continue };
+            let share = noise / value.mean;
+            if share > REFERENCE_NOISE {
+                let label = metric.description().label;
+                warnings.push(format!(
+                    "the reference's own noise makes up {:.0}% of the {label}: it needs more samples",
+                    100.0 * share.min(1.0)
+                ));
+            }
+        }
+    }
+}
+
+/// Whether a metric is computed at each checkpoint: a sum over pixels is quick, FLIP's filters are not.
+fn is_quick(metric: Metric) -> bool {
+    !matches!(metric, Metric::Flip | Metric::LdrFlip)
+}
+
+fn mean_of_maps(maps: &BTreeMap<String, ScalarImage>) -> LayeredImage {
+    let image = |map: &ScalarImage| Image {
+        width: map.width,
+        height: map.height,
+        pixels: map.values.iter().map(|v| [*v; 3]).collect(),
+    };
+    let layers: Vec<exr::Layer> =
+        maps.iter().map(|(key, map)| exr::Layer { name: key.clone(), image: image(map) }).collect();
+    let (width, height) = (layers[0].image.width, layers[0].image.height);
+    LayeredImage { width, height, origin: [0, 0], full_size: [width, height], layers, metadata: Vec::new() }
+}
+
+/// Layers of several runs, added up.
+#[derive(Default)]
+struct MeanLayers {
+    runs: u32,
+    /// The first run's, for all but the pixels.
+    shape: Option<LayeredImage>,
+    sums: Vec<Vec<[f64; 3]>>,
+}
+
+impl MeanLayers {
+    fn add(&mut self, file: LayeredImage) {
+        let wide = |p: &[f32; 3]| p.map(f64::from);
+        self.runs += 1;
+        let Some(shape) = &mut self.shape else {
+            self.sums = file.layers.iter().map(|l| l.image.pixels.iter().map(wide).collect()).collect();
+            self.shape = Some(file);
+            return;
+        };
+        // A run of a single iteration has no variance: then the mean has none either.
+        let keep: Vec<bool> = shape.layers.iter().map(|l| file.layer(&l.name).is_some()).collect();
+        let mut flags = keep.iter();
+        shape.layers.retain(|_| *flags.next().expect("one a layer"));
+        let mut flags = keep.iter();
+        self.sums.retain(|_| *flags.next().expect("one a layer"));
+        for (layer, sum) in shape.layers.iter().zip(&mut self.sums) {
+            let image = file.layer(&layer.name).expect("kept only where it is there");
+            for (s, p) in sum.iter_mut().zip(&image.pixels) {
+                (0..3).for_each(|c| s[c] += f64::from(p[c]));
+            }
+        }
+    }
+
+    /// The means; of variances, the variance of the mean.
+    fn finish(&self) -> LayeredImage {
+        let mut file = self.shape.clone().expect("there is at least one run");
+        let runs = f64::from(self.runs);
+        for (layer, sum) in file.layers.iter_mut().zip(&self.sums) {
+            let scale = if layer.name == VARIANCE { 1.0 / (runs * runs) } else { 1.0 / runs };
+            layer.image.pixels = sum.iter().map(|p| p.map(|v| (v * scale) as f32)).collect();
+        }
+        file.metadata.push(("tyndall.runs".into(), self.runs.to_string()));
+        file
+    }
+}

@@ -1,0 +1,381 @@
+//! References: what estimators are measured against, read from a file or rendered once and kept.
+//!
+//! A rendered reference lies in a folder of its own, named by a hash of all that it depends on: the contents of the
+//! scene's files, size and crop, techniques, lengths of paths, seed, and the program's version. In it are blocks of
+//! iterations, each an EXR with mean and variance. When more samples are asked for than are there, further blocks
+//! are rendered; the blocks together are the weighted means of their images and variances. Blocks end at numbers of
+//! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
+
+use super::hash::{Hasher, REFERENCE_SEED};
+use super::plan::{Lengths, ReferencePlan, ScenePlan};
+use super::results::ReferenceKind;
+use crate::error::{Error, Result};
+use crate::film::Image;
+use crate::film::exr::{self, LayeredImage};
+use crate::render::files::{PROGRAM, Resolved, VARIANCE, layered, prepare_folder};
+use crate::render::{Budget, Job, Observer, Stop};
+use crate::scene::Scene;
+use crate::transport::settings::Settings;
+use std::path::{Path, PathBuf};
+
+/// A reference that is there.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// Where it comes from.
+    pub kind: ReferenceKind,
+    /// The image.
+    pub image: Image,
+    /// The variance of its pixels, where known.
+    pub variance: Option<Image>,
+    /// Samples per pixel, where known.
+    pub spp: Option<u64>,
+    /// How long it took to render, where known.
+    pub seconds: Option<f64>,
+    /// Bounds on the lengths of its paths, where known.
+    pub lengths: Lengths,
+    /// Names its random numbers, where known.
+    pub seed: Option<u64>,
+    /// Whether it is short of what was asked for.
+    pub partial: bool,
+}
+
+/// Where references are kept, and who follows their making.
+pub struct Maker<'a> {
+    /// The folder of all references.
+    pub cache: &'a Path,
+    /// To stop early.
+    pub stop: &'a Stop,
+    /// Told what goes on.
+    pub observer: &'a mut dyn Observer,
+}
+
+impl Maker<'_> {
+    /// The reference of a scene, from its file or from the cache, rendered as far as it is not there.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is of another size; a cache that cannot be written.
+    pub fn obtain(&mut self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Truth>> {
+        match &plan.reference {
+            None => Ok(None),
+            Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
+            Some(ReferencePlan::Render { techniques, budget }) => {
+                let defaults = Lengths::from(scene.notes.defaults);
+                let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
+                settings.seed = REFERENCE_SEED;
+                self.render(plan, scene, settings, *budget).map(Some)
+            }
+        }
+    }
+
+    fn render(
+        &mut self,
+        plan: &ScenePlan,
+        scene: &Scene,
+        settings: Settings,
+        budget: Budget,
+    ) -> Result<Truth> {
+        let resolved = Resolved::new(&plan.file, scene, &settings);
+        let dir = self.cache.join(format!("{}-{}", plan.key, &fingerprint(scene, &resolved)?[..16]));
+        prepare_folder(&dir)?;
+        let mut sum = Sum::new(film_size(scene));
+        for path in blocks(&dir)? {
+            match read_block(&path, sum.iterations) {
+                Ok(Some(block)) => sum.add(&block),
+                Ok(None) => {}
+                Err(e) => self.observer.note(&format!("{e}: rendered again")),
+            }
+        }
+        let there = sum.iterations;
+        let needed = budget.goes_on(sum.iterations, sum.seconds);
+        if needed {
+            let added = if there > 0 { format!(", {there} spp are there") } else { String::new() };
+            self.observer.begin(&format!("{}: reference ({}{added})", plan.key, settings.techniques), budget);
+            let extended = self.extend(&dir, &mut sum, scene, &settings, &resolved, budget);
+            self.observer.end();
+            extended?;
+        } else {
+            self.observer.note(&format!("{}: reference of {there} spp found in {}", plan.key, dir.display()));
+        }
+        if sum.iterations == 0 {
+            return Err(Error::usage("stopped before the reference had a single sample"));
+        }
+        let (image, variance) = sum.images();
+        Ok(Truth {
+            kind: ReferenceKind::Estimator(settings.techniques.to_string()),
+            image,
+            variance: (sum.iterations > 1).then_some(variance),
+            spp: Some(sum.iterations),
+            seconds: Some(sum.seconds),
+            lengths: Lengths { min: Some(settings.min_length), max: Some(settings.max_length) },
+            seed: Some(settings.seed),
+            partial: budget.goes_on(sum.iterations, sum.seconds),
+        })
+    }
+
+    fn extend(
+        &mut self,
+        dir: &Path,
+        sum: &mut Sum,
+        scene: &Scene,
+        settings: &Settings,
+        resolved: &Resolved,
+        budget: Budget,
+    ) -> Result<()> {
+        while budget.goes_on(sum.iterations, sum.seconds) && !self.stop.requested() {
+            let count = next_block(sum, budget);
+            let job = Job { scene, settings: *settings, budget: Budget::Spp(count), first: sum.iterations };
+            let mut offset =
+                Offset { inner: self.observer, iterations: sum.iterations, seconds: sum.seconds };
+            let outcome = job.run(self.stop, &mut offset, |_| Ok(()))?;
+            if outcome.film.iterations() == 0 {
+                break;
+            }
+            let dropped = outcome.film.dropped().total();
+            if dropped > 0 {
+                self.observer
+                    .note(&format!("the reference dropped {dropped} contributions that were not finite"));
+            }
+            let file = layered(scene, settings, resolved, &outcome);
+            exr::write(block_path(dir, sum.iterations, outcome.film.iterations()), &file)?;
+            sum.add(&Block::of(&file, outcome.film.iterations(), outcome.seconds));
+        }
+        Ok(())
+    }
+}
+
+/// Passes on the progress of a block as that of the whole.
+struct Offset<'a> {
+    inner: &'a mut dyn Observer,
+    iterations: u64,
+    seconds: f64,
+}
+
+impl Observer for Offset<'_> {
+    fn begin(&mut self, _: &str, _: Budget) {}
+    fn advance(&mut self, iterations: u64, seconds: f64) {
+        self.inner.advance(self.iterations + iterations, self.seconds + seconds);
+    }
+    fn end(&mut self) {}
+    fn note(&mut self, line: &str) {
+        self.inner.note(line);
+    }
+}
+
+/// Iterations of the next block: up to the next power of two, in steps that bound what an interruption loses.
+fn next_block(sum: &Sum, budget: Budget) -> u64 {
+    let done = sum.iterations;
+    let longest = ((1u64 << 27) / sum.mean.len().max(1) as u64).max(16);
+    let boundary = (done + 1).next_power_of_two().max(16).min((done / longest + 1) * longest);
+    let count = boundary - done;
+    match budget {
+        Budget::Spp(spp) => count.min(spp - done),
+        // The rate is known from the second block on; the first one finds it out.
+        Budget::Seconds(_) if done == 0 => 1,
+        Budget::Seconds(limit) => {
+            let left = ((limit - sum.seconds) / (sum.seconds / done as f64)).round();
+            count.min((left as u64).max(1))
+        }
+    }
+}
+
+/// Hash of all that a reference depends on.
+fn fingerprint(scene: &Scene, resolved: &Resolved) -> Result<String> {
+    let mut hasher = Hasher::default();
+    hasher.field(PROGRAM.as_bytes());
+    // The scene goes in by contents, wherever it lies.
+    let settings = Resolved { scene: String::new(), ..resolved.clone() };
+    hasher.field(settings.json().as_bytes());
+    for path in &scene.dependencies {
+        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
+        hasher.field(&bytes);
+    }
+    Ok(hasher.hex())
+}
+
+fn film_size(scene: &Scene) -> (usize, usize) {
+    let crop = scene.camera.crop();
+    (crop.width() as usize, crop.height() as usize)
+}
+
+fn block_path(dir: &Path, first: u64, count: u64) -> PathBuf {
+    dir.join(format!("block-{first:010}-{count:010}.exr"))
+}
+
+/// The first iteration of a block and how many there are, from its file's name.
+fn block_range(path: &Path) -> Option<(u64, u64)> {
+    let name = path.file_name()?.to_str()?;
+    let (first, count) = name.strip_prefix("block-")?.strip_suffix(".exr")?.split_once('-')?;
+    Some((first.parse().ok()?, count.parse().ok()?))
+}
+
+/// The blocks in a folder: by their first iterations, the longest first among equals.
+fn blocks(dir: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(dir).map_err(|e| Error::io(dir, "read this folder", &e))?;
+    let mut found: Vec<((u64, u64), PathBuf)> =
+        entries.flatten().filter_map(|e| Some((block_range(&e.path())?, e.path()))).collect();
+    found.sort_by_key(|((first, count), _)| (*first, std::cmp::Reverse(*count)));
+    Ok(found.into_iter().map(|(_, path)| path).collect())
+}
+
+/// A block's file, if it starts at iteration `at`.
+fn read_block(path: &Path, at: u64) -> Result<Option<Block>> {
+    let Some((first, count)) = block_range(path) else { return Ok(None) };
+    if first != at {
+        return Ok(None);
+    }
+    let file = exr::read_layers(path)?;
+    let number = |key: &str| file.text(key).and_then(|t| t.parse::<f64>().ok());
+    let complete = number("tyndall.iterations") == Some(count as f64)
+        && file.layer("").is_some()
+        && (count == 1 || file.layer(VARIANCE).is_some());
+    match number("tyndall.seconds").filter(|_| complete) {
+        Some(seconds) => Ok(Some(Block::of(&file, count, seconds))),
+        None => Err(Error::file(path, "is not a block of a reference")),
+    }
+}
+
+/// A reference of the user's.
+fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
+    let file = exr::read_layers(path)?;
+    let Some(image) = file.layer("").cloned() else {
+        return Err(Error::file(path, "has no channels R, G and B"));
+    };
+    let (width, height) = film_size(scene);
+    if (image.width, image.height) != (width, height) {
+        let message =
+            format!("a reference of {} for images of {width}x{height} of {}", image.size_text(), scene.name);
+        return Err(Error::file(path, message));
+    }
+    let bad = image.count_non_finite();
+    if bad > 0 {
+        return Err(Error::file(path, format!("{bad} pixels are NaN or infinite: it cannot be a reference")));
+    }
+    let settings: Option<Resolved> = file.text("tyndall.settings").and_then(|t| serde_json::from_str(t).ok());
+    let lengths =
+        settings.map_or(Lengths::default(), |s| Lengths { min: Some(s.min_length), max: Some(s.max_length) });
+    Ok(Truth {
+        kind: ReferenceKind::File(shown.to_owned()),
+        variance: file.layer(VARIANCE).filter(|v| v.count_non_finite() == 0).cloned(),
+        spp: file.text("tyndall.iterations").and_then(|t| t.parse().ok()),
+        seconds: file.text("tyndall.seconds").and_then(|t| t.parse().ok()),
+        lengths,
+        seed: file.text("tyndall.seed").and_then(|t| t.parse().ok()),
+        partial: false,
+        image,
+    })
+}
+
+/// Some iterations of a render.
+struct Block {
+    iterations: u64,
+    seconds: f64,
+    mean: Image,
+    /// Of the mean; none for a single iteration.
+    variance: Option<Image>,
+}
+
+impl Block {
+    fn of(file: &LayeredImage, iterations: u64, seconds: f64) -> Self {
+        let mean = file.layer("").expect("checked by the readers, and there in what was rendered").clone();
+        let variance = file.layer(VARIANCE).filter(|_| iterations > 1).cloned();
+        Self { iterations, seconds, mean, variance }
+    }
+}
+
+/// Blocks put together [Chan et al. 1979].
+struct Sum {
+    size: (usize, usize),
+    iterations: u64,
+    seconds: f64,
+    mean: Vec<[f64; 3]>,
+    /// Sum of the squared deviations of the iterations from their mean.
+    deviations: Vec<[f64; 3]>,
+}
+
+impl Sum {
+    fn new(size: (usize, usize)) -> Self {
+        let pixels = vec![[0.0; 3]; size.0 * size.1];
+        Self { size, iterations: 0, seconds: 0.0, mean: pixels.clone(), deviations: pixels }
+    }
+
+    fn add(&mut self, block: &Block) {
+        let (a, b) = (self.iterations as f64, block.iterations as f64);
+        let n = a + b;
+        for (i, pixel) in block.mean.pixels.iter().enumerate() {
+            for (c, value) in pixel.iter().enumerate() {
+                let variance = block.variance.as_ref().map_or(0.0, |v| f64::from(v.pixels[i][c]));
+                let step = f64::from(*value) - self.mean[i][c];
+                // The variance of a mean of b iterations is their squared deviations over b (b − 1).
+                self.deviations[i][c] += variance * b * (b - 1.0) + step * step * a * b / n;
+                self.mean[i][c] += step * b / n;
+            }
+        }
+        self.iterations += block.iterations;
+        self.seconds += block.seconds;
+    }
+
+    /// The mean, and the variance of the mean.
+    fn images(&self) -> (Image, Image) {
+        let n = self.iterations as f64;
+        let image = |pixels: &[[f64; 3]], scale: f64| Image {
+            width: self.size.0,
+            height: self.size.1,
+            pixels: pixels.iter().map(|p| p.map(|v| (v * scale) as f32)).collect(),
+        };
+        (image(&self.mean, 1.0), image(&self.deviations, 1.0 / (n * (n - 1.0)).max(1.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::{Stream, StreamKind};
+
+    /// Mean and variance of the mean over values.
+    fn block(values: &[f32]) -> Block {
+        let n = values.len() as f64;
+        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / n;
+        let squares = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>();
+        let image = |v: f64| Image { width: 1, height: 1, pixels: vec![[v as f32; 3]] };
+        let variance = (n > 1.0).then(|| image(squares / (n * (n - 1.0))));
+        Block { iterations: values.len() as u64, seconds: n, mean: image(mean), variance }
+    }
+
+    #[test]
+    fn blocks_of_any_length_add_up_to_the_whole() {
+        let mut stream = Stream::new(1, 0, StreamKind::Other, 0);
+        let values: Vec<f32> = (0..100).map(|_| stream.next_1d()).collect();
+        let whole = block(&values);
+        let mut sum = Sum::new((1, 1));
+        for part in [&values[..1], &values[1..2], &values[2..50], &values[50..]] {
+            sum.add(&block(part));
+        }
+        let (mean, variance) = sum.images();
+        assert_eq!(sum.iterations, 100);
+        assert!((mean.pixels[0][0] - whole.mean.pixels[0][0]).abs() < 1e-6);
+        let expected = whole.variance.unwrap().pixels[0][0];
+        assert!((variance.pixels[0][0] / expected - 1.0).abs() < 1e-5, "{variance:?} {expected}");
+    }
+
+    #[test]
+    fn block_lengths_cover_the_budget() {
+        for (spp, pixels) in [(1, 64), (15, 64), (100, 64), (5000, 512 * 512)] {
+            let mut sum = Sum::new((pixels, 1));
+            let mut lengths = Vec::new();
+            while Budget::Spp(spp).goes_on(sum.iterations, 0.0) {
+                let count = next_block(&sum, Budget::Spp(spp));
+                assert!(count >= 1 && count as usize * pixels <= 1 << 27);
+                lengths.push(count);
+                sum.iterations += count;
+            }
+            assert_eq!(sum.iterations, spp, "{lengths:?}");
+        }
+    }
+
+    #[test]
+    fn names_of_blocks_come_back() {
+        let path = block_path(Path::new("x"), 16, 48);
+        assert_eq!(block_range(&path), Some((16, 48)));
+        assert_eq!(block_range(Path::new("x/block-3.exr")), None);
+    }
+}

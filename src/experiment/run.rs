@@ -1,0 +1,257 @@
+//! Runs an experiment from its plan to its results on disk.
+
+use super::cell::{Measured, SceneContext};
+use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
+use super::reference::{Maker, Truth};
+use super::results::{
+    self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
+};
+use super::{csv, machine};
+use crate::error::{Error, Result};
+use crate::film::exr::{self, LayeredImage};
+use crate::film::false_color::{Scale, paint};
+use crate::film::output::write_bytes;
+use crate::film::png::{self, ToneCurve};
+use crate::film::{Image, ScalarImage};
+use crate::render::files::{PROGRAM, VARIANCE, heuristic_text, prepare_folder};
+use crate::render::{Observer, Stop};
+use crate::scene::Scene;
+use crate::scene::file::{Overrides, load};
+use glam::UVec2;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The share of an error map's values that lies within its scale, over all estimators of a scene.
+const MAP_QUANTILE: f64 = 0.99;
+
+/// Where an experiment runs.
+pub struct Options<'a> {
+    /// The folder of results.
+    pub out: &'a Path,
+    /// The folder of references, which experiments share.
+    pub cache: &'a Path,
+    /// To stop early: what is done is written, marked as partial.
+    pub stop: &'a Stop,
+}
+
+/// Runs all of it, with as many threads as the current pool has. Results are written after each cell.
+///
+/// # Errors
+/// Anything wrong with scenes, references or the folders, most of it before the first iteration.
+pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Result<Results> {
+    prepare_folder(options.out)?;
+    let scenes = load_scenes(plan)?;
+    let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes) };
+    write_bytes(&options.out.join("experiment.toml"), plan.text.as_bytes())?;
+    runner.save()?;
+    for (index, scene) in scenes.iter().enumerate() {
+        if options.stop.requested() {
+            break;
+        }
+        runner.scene(index, scene)?;
+    }
+    let mut results = runner.results;
+    let unfinished = |r: &results::Run| r.partial;
+    results.partial = options.stop.requested()
+        || results.cells.len() < plan.scenes.len() * plan.estimators.len()
+        || results.cells.iter().any(|c| c.runs.iter().any(unfinished));
+    save(&mut results, options.out)?;
+    Ok(results)
+}
+
+struct Runner<'a> {
+    plan: &'a Plan,
+    options: &'a Options<'a>,
+    observer: &'a mut dyn Observer,
+    results: Results,
+}
+
+impl Runner<'_> {
+    fn save(&mut self) -> Result<()> {
+        save(&mut self.results, self.options.out)
+    }
+
+    fn scene(&mut self, index: usize, scene: &Scene) -> Result<()> {
+        let (plan, options) = (self.plan, self.options);
+        let entry = &plan.scenes[index];
+        prepare_folder(&options.out.join(&entry.key))?;
+        let mut maker = Maker { cache: options.cache, stop: options.stop, observer: self.observer };
+        let truth = maker.obtain(entry, scene)?;
+        if let Some(truth) = &truth {
+            self.results.scenes[index].reference = Some(write_reference(options.out, entry, scene, truth)?);
+            if truth.partial {
+                self.results.warnings.push(format!("{}: the reference is incomplete", entry.key));
+            }
+        }
+        let context =
+            SceneContext { plan, entry, scene, truth: truth.as_ref(), out: options.out, stop: options.stop };
+        let mut measured = Vec::new();
+        for estimator in &plan.estimators {
+            if options.stop.requested() {
+                break;
+            }
+            let Some(Measured { cell, maps }) = context.measure(estimator, self.observer)? else { break };
+            for warning in &cell.warnings {
+                self.observer.note(&format!("{}: {}: {warning}", entry.key, estimator.key));
+            }
+            measured.push((self.results.cells.len(), maps));
+            self.results.cells.push(cell);
+            self.save()?;
+        }
+        self.paint(&entry.key, &measured)?;
+        self.save()
+    }
+
+    /// Error maps of a scene in false colour, all estimators' on one scale.
+    fn paint(&mut self, scene: &str, measured: &[(usize, BTreeMap<String, ScalarImage>)]) -> Result<()> {
+        for info in &mut self.results.metrics {
+            let maps: Vec<(usize, &ScalarImage)> =
+                measured.iter().filter_map(|(cell, maps)| Some((*cell, maps.get(&info.key)?))).collect();
+            if maps.is_empty() {
+                continue;
+            }
+            let values: Vec<f32> = maps.iter().flat_map(|(_, m)| m.values.iter().copied()).collect();
+            let white = ScalarImage { width: values.len(), height: 1, values }.quantile(MAP_QUANTILE);
+            info.map_scale.insert(scene.to_owned(), f64::from(white));
+            for (index, map) in maps {
+                let cell = &mut self.results.cells[index];
+                let name = format!("{scene}/{}/error-{}.png", cell.estimator, info.key);
+                paint(map, Scale::Linear(white)).write(self.options.out.join(&name))?;
+                cell.files.error_png.insert(info.key.clone(), name);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn save(results: &mut Results, out: &Path) -> Result<()> {
+    results.finished = machine::now();
+    results.write(out)?;
+    csv::write(results, out)
+}
+
+/// Loads every scene and checks all that can be checked before anything is rendered.
+fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
+    let mut scenes = Vec::new();
+    for entry in &plan.scenes {
+        let overrides = Overrides { size: entry.size.map(UVec2::from_array) };
+        let scene = load(&entry.path, &overrides)?;
+        let crop = scene.camera.crop();
+        let (width, height) = (crop.width() as usize, crop.height() as usize);
+        for c in &entry.crops {
+            if c.x + c.width > width || c.y + c.height > height {
+                return Err(Error::usage(format!(
+                    "scene {}: the crop of {}x{} at ({}, {}) does not lie inside the image of {width}x{height}",
+                    entry.key, c.width, c.height, c.x, c.y
+                )));
+            }
+        }
+        for estimator in &plan.estimators {
+            plan.settings(entry, Lengths::from(scene.notes.defaults), estimator, 0)?;
+        }
+        scenes.push(scene);
+    }
+    Ok(scenes)
+}
+
+/// Results in which nothing has been measured yet.
+fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
+    let metric = |m: &super::metrics::Metric| {
+        let row = m.description();
+        MetricInfo {
+            key: row.key.to_owned(),
+            label: row.label.to_owned(),
+            description: row.formula.to_owned(),
+            map_scale: BTreeMap::new(),
+        }
+    };
+    let started = machine::now();
+    Results {
+        schema: SCHEMA,
+        experiment: plan.name.clone(),
+        title: plan.title.clone(),
+        description: plan.description.clone(),
+        program: PROGRAM.to_owned(),
+        machine: machine::machine(),
+        finished: started.clone(),
+        started,
+        partial: true,
+        runs: plan.runs,
+        metrics: plan.metrics.iter().map(metric).collect(),
+        scenes: plan.scenes.iter().zip(scenes).map(|(entry, scene)| scene_result(entry, scene)).collect(),
+        estimators: plan.estimators.iter().map(estimator_info).collect(),
+        cells: Vec::new(),
+        figures: plan.figures.clone(),
+        warnings: Vec::new(),
+    }
+}
+
+fn scene_result(entry: &ScenePlan, scene: &Scene) -> SceneResult {
+    let crop = scene.camera.crop();
+    SceneResult {
+        key: entry.key.clone(),
+        label: entry.label.clone(),
+        caption: entry.caption.clone(),
+        file: entry.file.clone(),
+        width: crop.width() as usize,
+        height: crop.height() as usize,
+        exposure: entry.exposure,
+        crops: entry.crops.clone(),
+        reference: None,
+        warnings: scene.warnings.clone(),
+    }
+}
+
+fn estimator_info(estimator: &EstimatorPlan) -> EstimatorInfo {
+    let layers = match estimator.layers {
+        crate::transport::Layers::None => "none",
+        crate::transport::Layers::Families => "families",
+        crate::transport::Layers::All => "all",
+    };
+    EstimatorInfo {
+        key: estimator.key.clone(),
+        label: estimator.label.clone(),
+        caption: estimator.caption.clone(),
+        color: estimator.color.clone(),
+        settings: EstimatorSettings {
+            techniques: estimator.techniques.iter().map(|t| t.info().key.to_owned()).collect(),
+            heuristic: heuristic_text(estimator.heuristic),
+            min_length: estimator.lengths.min,
+            max_length: estimator.lengths.max,
+            layers: layers.to_owned(),
+            pyramid: estimator.pyramid,
+            budget: estimator.budget,
+        },
+    }
+}
+
+/// Puts the reference beside the results that are measured against it.
+fn write_reference(out: &Path, entry: &ScenePlan, scene: &Scene, truth: &Truth) -> Result<Reference> {
+    let [exr, png] = ["exr", "png"].map(|kind| format!("{}/reference.{kind}", entry.key));
+    let crop = scene.camera.crop();
+    let mut file = LayeredImage::new(truth.image.clone());
+    file.origin = [crop.x0 as i32, crop.y0 as i32];
+    file.full_size = scene.camera.size().to_array().map(|v| v as usize);
+    if let Some(variance) = &truth.variance {
+        file.push(VARIANCE, variance.clone());
+    }
+    let numbers = [
+        ("tyndall.iterations", truth.spp.map(|n| n.to_string())),
+        ("tyndall.seconds", truth.seconds.map(|s| format!("{s:.6}"))),
+        ("tyndall.seed", truth.seed.map(|s| s.to_string())),
+        ("tyndall.partial", Some(truth.partial.to_string())),
+    ];
+    file.metadata = numbers.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text?))).collect();
+    exr::write(out.join(&exr), &file)?;
+    png::write(out.join(&png), &truth.image, entry.exposure, ToneCurve::Srgb)?;
+    let mean = |image: &Image| image.mean().iter().sum::<f64>() / 3.0;
+    Ok(Reference {
+        kind: truth.kind.clone(),
+        exr,
+        png,
+        spp: truth.spp,
+        seconds: truth.seconds,
+        variance: truth.variance.as_ref().map(mean),
+        partial: truth.partial,
+    })
+}
