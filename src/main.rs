@@ -1,1 +1,5 @@
-fn main() {}
+//! The program `tyndall`; all it does is in the library.
+
+fn main() -> std::process::ExitCode {
+    tyndall::cli::main()
+}

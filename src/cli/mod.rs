@@ -1,3 +1,52 @@
-//! The command line: one file a subcommand.
+//! The command line: one file a subcommand. They parse, call and print.
 
+pub mod args;
 pub mod compare;
+pub mod parse;
+pub mod progress;
+pub mod render;
+pub mod run;
+pub mod session;
+pub mod techniques;
+
+use crate::error::{Error, Result};
+use args::{Cli, Command, CompareArgs};
+use clap::Parser;
+use session::{Ending, STOPPED, print};
+use std::process::ExitCode;
+
+/// The exit code where the user's input is wrong.
+const WRONG_INPUT: u8 = 2;
+
+/// Runs the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(&cli.command) {
+        Ok(Ending::Done) => ExitCode::SUCCESS,
+        Ok(Ending::Stopped) => ExitCode::from(STOPPED),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(WRONG_INPUT)
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<Ending> {
+    match command {
+        Command::Run(args) => run::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Compare(args) => compare(args),
+        Command::Techniques => print(techniques::text()).map(|()| Ending::Done),
+    }
+}
+
+fn compare(args: &CompareArgs) -> Result<Ending> {
+    let comparison = compare::compare_files(&args.image, &args.reference)?;
+    if args.json {
+        let json = serde_json::to_string_pretty(&comparison).map_err(|e| Error::usage(e.to_string()))?;
+        print(format!("{json}\n"))?;
+    } else {
+        print(comparison)?;
+    }
+    Ok(Ending::Done)
+}

@@ -1,0 +1,181 @@
+//! What the command line takes: the one list of commands and options. `--help` comes from here.
+
+use crate::transport::settings::Layers;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// A volumetric light transport research renderer: bidirectional estimators, compared under one weight.
+#[derive(Parser, Debug)]
+#[command(name = "tyndall", version, arg_required_else_help = true, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Run an experiment: render, measure, compare, and write a page of figures.
+    Run(RunArgs),
+    /// Render a scene with one estimator.
+    Render(RenderArgs),
+    /// Measure an image against a reference.
+    Compare(CompareArgs),
+    /// List techniques and presets.
+    Techniques,
+}
+
+/// `tyndall run`.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// The experiment file.
+    #[arg(value_name = "EXPERIMENT.toml")]
+    pub experiment: PathBuf,
+    /// Folder of the results [default: results/<experiment>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder where rendered references are kept [default: .references beside the folder of results].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Threads to render with [default: one a processor].
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
+    pub threads: Option<usize>,
+    /// Change an entry of the experiment file, as in --set budget.spp=16 or --set estimator.pt.max_length=4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// `tyndall render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// A scene file, its folder, or the name of a folder in scenes/.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// A preset: see `tyndall techniques`.
+    #[arg(long, value_name = "PRESET", default_value = "bpt", conflicts_with = "techniques")]
+    pub estimator: String,
+    /// Instead of a preset: techniques, separated by commas.
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    pub techniques: Vec<String>,
+    /// How techniques are weighted.
+    #[arg(long, value_enum, default_value_t = HeuristicArg::Balance)]
+    pub heuristic: HeuristicArg,
+    /// Samples per pixel [default: 16].
+    #[arg(long, value_name = "N", value_parser = super::parse::spp, conflicts_with = "time")]
+    pub spp: Option<u64>,
+    /// Time to render for, such as 30s, 500ms, 5m or 1.5h.
+    #[arg(long, value_name = "TIME", value_parser = super::parse::duration)]
+    pub time: Option<f64>,
+    /// Size of the image in pixels [default: the scene's].
+    #[arg(long, value_name = "WxH", value_parser = super::parse::size)]
+    pub size: Option<[u32; 2]>,
+    /// Names the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Shortest paths, in segments from light to lens [default: the scene's].
+    #[arg(long, value_name = "K")]
+    pub min_length: Option<u32>,
+    /// Longest paths, in segments from light to lens [default: the scene's].
+    #[arg(long, value_name = "K")]
+    pub max_length: Option<u32>,
+    /// Threads to render with [default: one a processor].
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
+    pub threads: Option<usize>,
+    /// Which contributions of techniques are kept as layers of the EXR.
+    #[arg(long, value_enum, default_value_t = LayersArg::None)]
+    pub layers: LayersArg,
+    /// File to write, an EXR or a PNG [default: <scene>-<estimator>.exr].
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write a PNG beside the EXR.
+    #[arg(long)]
+    pub png: bool,
+    /// Exposure of the PNG in stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+}
+
+/// `--heuristic`.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeuristicArg {
+    /// Proportional to their densities.
+    Balance,
+    /// Proportional to the squares of their densities.
+    Power,
+}
+
+/// `--layers`.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LayersArg {
+    /// None.
+    None,
+    /// Of each technique, weighted and unweighted.
+    Families,
+    /// Of each technique and each (s, t), weighted and unweighted.
+    All,
+}
+
+impl From<LayersArg> for Layers {
+    fn from(arg: LayersArg) -> Self {
+        match arg {
+            LayersArg::None => Self::None,
+            LayersArg::Families => Self::Families,
+            LayersArg::All => Self::All,
+        }
+    }
+}
+
+/// `tyndall compare`.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// The image.
+    #[arg(value_name = "IMAGE.exr")]
+    pub image: PathBuf,
+    /// What it is measured against.
+    #[arg(value_name = "REFERENCE.exr")]
+    pub reference: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_list_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for line in [
+            "render s --spp 0",
+            "render s --spp -3",
+            "render s --spp 4 --time 3s",
+            "render s --time 0s",
+            "render s --time soon",
+            "render s --size 3",
+            "render s --size 0x5",
+            "render s --threads 0",
+            "render s --estimator pt --techniques nee",
+            "render",
+            "compare a.exr",
+            "frobnicate",
+        ] {
+            let words = std::iter::once("tyndall").chain(line.split(' '));
+            let error = Cli::try_parse_from(words).expect_err(line);
+            assert_eq!(error.exit_code(), 2, "{line}");
+        }
+    }
+
+    #[test]
+    fn negative_exposures_are_numbers() {
+        let cli = Cli::try_parse_from(["tyndall", "render", "s", "--exposure", "-1.5"]).unwrap();
+        let Command::Render(args) = cli.command else { panic!("not a render") };
+        assert_eq!(args.exposure, -1.5);
+    }
+}

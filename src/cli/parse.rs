@@ -1,0 +1,77 @@
+//! Values of options.
+
+/// `--spp`: at least 1.
+pub fn spp(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(0) => Err("at least 1 sample per pixel is needed".into()),
+        Ok(spp) => Ok(spp),
+        Err(_) => Err("expected a whole number from 1 up".into()),
+    }
+}
+
+/// `--threads`: at least 1.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=4096).contains(&n) => Ok(n),
+        _ => Err("expected a whole number from 1 to 4096".into()),
+    }
+}
+
+/// `--size`: `WxH`, each at least 1.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let number = |part: &str| part.trim().parse().ok().filter(|n| *n > 0);
+    let parts = text.split_once(['x', 'X', '×']);
+    parts
+        .and_then(|(w, h)| Some([number(w)?, number(h)?]))
+        .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, as in 640x480".into())
+}
+
+/// `--time`, in seconds: a number with the unit ms, s, m or h; without one it is seconds.
+pub fn duration(text: &str) -> Result<f64, String> {
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(split);
+    let scale = match unit {
+        "ms" => 1e-3,
+        "s" | "" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => 0.0,
+    };
+    let seconds = number.trim().parse::<f64>().map_or(0.0, |n| n * scale);
+    if seconds > 0.0 && seconds.is_finite() {
+        return Ok(seconds);
+    }
+    Err("expected a time above 0 with the unit ms, s, m or h, as in 30s".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_units() {
+        for (text, seconds) in
+            [("30s", 30.0), ("500ms", 0.5), ("2m", 120.0), ("1.5h", 5400.0), ("7", 7.0), ("1 m", 60.0)]
+        {
+            assert_eq!(duration(text), Ok(seconds), "{text}");
+        }
+        for text in ["", "s", "-3s", "0", "3 days", "nan", "inf", "1e400s"] {
+            assert!(duration(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_two_numbers() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        for text in ["640", "640x", "x3", "0x3", "-1x3", "3x3x3", "4.5x3"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn counts_start_at_one() {
+        assert_eq!(spp("1"), Ok(1));
+        assert!(spp("0").unwrap_err().contains("at least 1"));
+        assert!(threads("0").is_err() && threads("2") == Ok(2));
+    }
+}

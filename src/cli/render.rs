@@ -1,0 +1,127 @@
+//! `tyndall render`.
+
+use super::args::{HeuristicArg, RenderArgs};
+use super::progress::Progress;
+use super::session::{Ending, stop_on_interrupt, with_threads};
+use crate::error::{Error, Result};
+use crate::film::exr;
+use crate::film::png::{self, ToneCurve};
+use crate::render::files::{Resolved, check_output, layered};
+use crate::render::{Budget, Job, Observer, Outcome};
+use crate::scene::Scene;
+use crate::scene::file::{Overrides, load, resolve};
+use crate::transport::settings::{Heuristic, Settings};
+use crate::transport::technique::TechniqueSet;
+use glam::UVec2;
+use std::path::{Path, PathBuf};
+
+/// Samples per pixel where neither these nor a time is asked for.
+const DEFAULT_SPP: u64 = 16;
+
+/// The files to write.
+#[derive(Debug, PartialEq)]
+struct Outputs {
+    exr: Option<PathBuf>,
+    png: Option<PathBuf>,
+}
+
+/// Renders a scene.
+///
+/// # Errors
+/// Anything wrong with the scene or the options, before anything is rendered; files that cannot be written.
+pub fn run(args: &RenderArgs) -> Result<Ending> {
+    let techniques = techniques(args)?;
+    let path = resolve(&args.scene)?;
+    let scene = load(&path, &Overrides { size: args.size.map(UVec2::from_array) })?;
+    let settings = settings(args, techniques, &scene)?;
+    let outputs = outputs(args, &scene, techniques)?;
+    for file in [&outputs.exr, &outputs.png].into_iter().flatten() {
+        check_output(file)?;
+    }
+    for warning in &scene.warnings {
+        eprintln!("warning: {}: {warning}", path.display());
+    }
+    let budget = args.time.map_or(Budget::Spp(args.spp.unwrap_or(DEFAULT_SPP)), Budget::Seconds);
+    let stop = stop_on_interrupt()?;
+    let job = Job { scene: &scene, settings, budget, first: 0 };
+    let outcome = with_threads(args.threads, || {
+        let mut progress = Progress::new();
+        progress.begin(&format!("{}: {techniques}", scene.name), budget);
+        let outcome = job.run(&stop, &mut progress, |_| Ok(()));
+        progress.end();
+        outcome
+    })?;
+    if outcome.film.iterations() == 0 {
+        eprintln!("stopped before the first sample: nothing is written");
+        return Ok(Ending::Stopped);
+    }
+    write(args, &outputs, &path, &scene, &settings, &outcome)?;
+    Ok(if outcome.partial { Ending::Stopped } else { Ending::Done })
+}
+
+fn techniques(args: &RenderArgs) -> Result<TechniqueSet> {
+    if args.techniques.is_empty() {
+        return TechniqueSet::parse([args.estimator.as_str()]);
+    }
+    TechniqueSet::parse(args.techniques.iter().map(String::as_str))
+}
+
+fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Result<Settings> {
+    let mut settings = Settings::new(techniques);
+    let defaults = scene.notes.defaults;
+    settings.min_length = args.min_length.or(defaults.min_length).unwrap_or(settings.min_length);
+    settings.max_length = args.max_length.or(defaults.max_length).unwrap_or(settings.max_length);
+    settings.seed = args.seed;
+    settings.layers = args.layers.into();
+    settings.heuristic = match args.heuristic {
+        HeuristicArg::Balance => Heuristic::Balance,
+        HeuristicArg::Power => Heuristic::Power(2.0),
+    };
+    settings.validate()?;
+    Ok(settings)
+}
+
+fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result<Outputs> {
+    let default = || {
+        let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+        let name: String = scene.name.chars().map(plain).collect();
+        PathBuf::from(format!("{name}-{}.exr", techniques.to_string().replace(',', "+")))
+    };
+    let out = args.out.clone().unwrap_or_else(default);
+    match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("exr") => {
+            let png = args.png.then(|| out.with_extension("png"));
+            Ok(Outputs { exr: Some(out), png })
+        }
+        Some("png") => Ok(Outputs { exr: None, png: Some(out) }),
+        _ => Err(Error::file(
+            &out,
+            "cannot tell what kind of file this is: its name has to end in .exr or .png",
+        )),
+    }
+}
+
+fn write(
+    args: &RenderArgs,
+    outputs: &Outputs,
+    path: &Path,
+    scene: &Scene,
+    settings: &Settings,
+    outcome: &Outcome,
+) -> Result<()> {
+    let dropped = outcome.film.dropped().total();
+    if dropped > 0 {
+        eprintln!("warning: {dropped} contributions were not finite and were dropped");
+    }
+    let partial = if outcome.partial { " (partial)" } else { "" };
+    if let Some(file) = &outputs.exr {
+        let resolved = Resolved::new(&path.to_string_lossy(), scene, settings);
+        exr::write(file, &layered(scene, settings, &resolved, outcome))?;
+        eprintln!("wrote {}{partial}", file.display());
+    }
+    if let Some(file) = &outputs.png {
+        png::write(file, &outcome.film.image(), args.exposure, ToneCurve::Srgb)?;
+        eprintln!("wrote {}{partial}", file.display());
+    }
+    Ok(())
+}

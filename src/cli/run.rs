@@ -1,0 +1,68 @@
+//! `tyndall run`.
+
+use super::args::RunArgs;
+use super::progress::Progress;
+use super::session::{Ending, print, stop_on_interrupt, with_threads};
+use crate::error::Result;
+use crate::experiment::overrides::Override;
+use crate::experiment::results::{Estimate, Results};
+use crate::experiment::{plan, run};
+use std::path::{Path, PathBuf};
+
+/// Runs an experiment, and writes its page.
+///
+/// # Errors
+/// Anything wrong with the experiment or its scenes, before anything is rendered; files that cannot be written.
+pub fn run(args: &RunArgs) -> Result<Ending> {
+    let overrides: Vec<Override> =
+        args.overrides.iter().map(|text| Override::parse(text)).collect::<Result<_>>()?;
+    let plan = plan::read(&args.experiment, &overrides)?;
+    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(&plan.name));
+    let cache = args.cache.clone().unwrap_or_else(|| default_cache(&out));
+    let stop = stop_on_interrupt()?;
+    let options = run::Options { out: &out, cache: &cache, stop: &stop };
+    let results = with_threads(args.threads, || run::run(&plan, &options, &mut Progress::new()))?;
+    print(summary(&results))?;
+    if results.partial {
+        print("These results are partial.\n")?;
+    }
+    print(format!("{}\n", out.display()))?;
+    Ok(Ending::from(&stop))
+}
+
+/// Beside the results, so that experiments share it.
+fn default_cache(out: &Path) -> PathBuf {
+    let parent = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    parent.join(".references")
+}
+
+/// A line a scene and estimator.
+fn summary(results: &Results) -> String {
+    let main = results.metrics.first();
+    let label = main.map_or("", |m| m.label.as_str());
+    let mut text = format!(
+        "{:<20} {:<16} {:>9} {:>10}  {label:<32} {}\n",
+        "scene", "estimator", "spp", "seconds", "1/(MSE·s)"
+    );
+    for cell in &results.cells {
+        let metric = main.and_then(|m| cell.metric(&m.key));
+        text.push_str(&format!(
+            "{:<20} {:<16} {:>9.1} {:>10.2}  {:<32} {}\n",
+            cell.scene,
+            cell.estimator,
+            cell.spp.mean,
+            cell.seconds.mean,
+            with_interval(metric),
+            with_interval(cell.efficiency)
+        ));
+    }
+    text
+}
+
+fn with_interval(estimate: Option<Estimate>) -> String {
+    match estimate {
+        None => "-".into(),
+        Some(Estimate { mean, interval: None }) => format!("{mean:.4}"),
+        Some(Estimate { mean, interval: Some(i) }) => format!("{mean:.4} [{:.4}, {:.4}]", i.low, i.high),
+    }
+}
