@@ -1,6 +1,6 @@
 //! The camera subpath: s = 0, s = 1 and all inner connections.
 
-use super::light_path::{LIGHT_PATHS_A_PIXEL, surface_normal};
+use super::light_path::LIGHT_PATHS_A_PIXEL;
 use super::mis::{Link, connection_weight};
 use super::settings::Settings;
 use super::sink::{Joint, Sink, Start};
@@ -138,7 +138,7 @@ impl<S: Sink> CameraPath<'_, S> {
         let ray = if infinite {
             point.spawn(light.dir)
         } else {
-            shadow_ray(point.p, Some(point.ng), light.point.p, surface_normal(self.scene, &light.point))
+            shadow_ray(point.p, Some(point.ng), light.point.p, light.point.surface_normal())
         };
         if geometry.occluded(&ray) {
             return;

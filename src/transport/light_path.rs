@@ -41,12 +41,6 @@ pub fn trace<S: Sink>(
     walk(scene, settings, settings.max_length - 1, flight, &mut random, &mut path);
 }
 
-/// The normal of the surface that a light point lies on, where it lies on one.
-pub(super) fn surface_normal(scene: &Scene, light: &LightPoint) -> Option<Vec3A> {
-    let lights = &scene.lights;
-    (lights.is_hittable(light) && !lights.is_infinite(light)).then_some(light.n)
-}
-
 /// The visitor of a light walk.
 struct LightPath<'a, S> {
     scene: &'a Scene,
@@ -97,7 +91,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
     fn depart(&self, emission: &EmissionSample) -> Flight {
         let infinite = self.scene.lights.is_infinite(&self.light);
         let cosine = self.scene.lights.cos_at_light(&self.light, emission.dir);
-        let origin = match surface_normal(self.scene, &self.light) {
+        let origin = match self.light.surface_normal() {
             Some(normal) => offset_origin(emission.origin, normal, emission.dir),
             None => emission.origin,
         };
@@ -150,7 +144,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let ray = if infinite {
             Ray::new(lens, dir)
         } else {
-            shadow_ray(lens, None, self.light.p, surface_normal(self.scene, &self.light))
+            shadow_ray(lens, None, self.light.p, self.light.surface_normal())
         };
         if self.scene.geometry.occluded(&ray) {
             return;

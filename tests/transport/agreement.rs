@@ -1,0 +1,67 @@
+//! Rung 3: every set of techniques that can render a scene has the same mean image.
+
+use crate::measure::{Means, runs};
+use crate::scenes;
+use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
+
+fn set(names: &str) -> TechniqueSet {
+    TechniqueSet::parse(names.split(',')).expect("known names")
+}
+
+/// Path tracing is the yardstick: the other sets, and the power heuristic, must not differ from it.
+fn agree(name: &str, iterations: u64, detectable: f64, others: &[&str]) {
+    let scene = scenes::load(name);
+    let mean = |techniques: TechniqueSet, heuristic, seed| {
+        let settings = Settings { heuristic, max_length: 16, seed, ..Settings::new(techniques) };
+        Means::of(&runs(&scene, &settings, 24, iterations))
+    };
+    let yardstick = mean(set("pt"), Heuristic::Balance, 1);
+    for (i, other) in others.iter().enumerate() {
+        let heuristic = if i % 2 == 0 { Heuristic::Balance } else { Heuristic::Power(2.0) };
+        let means = mean(set(other), heuristic, 2 + i as u64);
+        means.assert_same(&yardstick, &format!("{name}: {other} {heuristic:?} and pt"), detectable);
+    }
+}
+
+#[test]
+fn surfaces_agree() {
+    agree("surfaces", 96, 0.01, &["bpt", "hit,lens", "lens", "nee,lens,connect"]);
+}
+
+#[test]
+fn glass_agrees() {
+    agree("glass", 96, 0.02, &["bpt", "hit,connect", "hit,lens"]);
+}
+
+#[test]
+fn environment_agrees() {
+    agree("environment", 96, 0.015, &["bpt", "hit,lens,connect", "hit,nee,lens"]);
+}
+
+/// Lights at a point and from one direction are not hit: the sets have to do without s = 0 for them.
+#[test]
+fn lights_agree() {
+    agree("lights", 96, 0.025, &["bpt", "pt,lens", "pt,connect"]);
+}
+
+/// Each technique alone, divided by its weight where it can make all paths of a class, agrees with the others on
+/// that class: single-scattered light can be made by each family.
+#[test]
+fn single_techniques_agree_on_direct_light() {
+    let scene = scenes::load("surfaces");
+    let of_length = |technique: Technique, length, seed| {
+        let settings = Settings {
+            min_length: length,
+            max_length: length,
+            seed,
+            ..Settings::new(TechniqueSet::of(&[technique]))
+        };
+        Means::of(&runs(&scene, &settings, 16, 768))
+    };
+    let nee = of_length(Technique::NextEvent, 2, 1);
+    of_length(Technique::Hit, 2, 2).assert_same(&nee, "hit and nee, two segments", 0.02);
+    of_length(Technique::Lens, 2, 3).assert_same(&nee, "lens and nee, two segments", 0.01);
+    let nee = of_length(Technique::NextEvent, 3, 4);
+    of_length(Technique::Lens, 3, 5).assert_same(&nee, "lens and nee, three segments", 0.04);
+    of_length(Technique::Connect, 3, 6).assert_same(&nee, "connect and nee, three segments", 0.04);
+}

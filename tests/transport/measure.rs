@@ -1,0 +1,165 @@
+//! Independent runs, and tests of hypotheses on their means.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use tyndall::film::{Film, Image};
+use tyndall::scene::Scene;
+use tyndall::transport::{Renderer, Settings};
+
+/// Chance that a correct renderer fails anywhere in the suite: half of it for images, half for tiles, shared out over
+/// as many comparisons as the suite makes of each at most (Šidák).
+const SIGNIFICANCE: f64 = 1e-3;
+/// Comparisons of whole images in the suite, at most.
+const IMAGES: f64 = 200.0;
+/// Comparisons of tiles in the suite, at most.
+const TILES: f64 = 10_000.0;
+/// Chance with which a bias of the stated smallest size is seen.
+const POWER: f64 = 0.9;
+/// Side of the squares over which pixels are averaged.
+const TILE: usize = 8;
+
+fn level(comparisons: f64) -> f64 {
+    1.0 - (1.0 - SIGNIFICANCE / 2.0).powf(1.0 / comparisons)
+}
+
+/// The mean image of each of `count` independent runs of `iterations` iterations.
+pub fn runs(scene: &Scene, settings: &Settings, count: u64, iterations: u64) -> Vec<Image> {
+    (0..count)
+        .map(|run| {
+            let settings = Settings { seed: (settings.seed << 16) + run, ..*settings };
+            let film = render(scene, &settings, iterations);
+            assert_eq!(film.dropped().total(), 0, "{}: samples that are not finite", scene.name);
+            film.image()
+        })
+        .collect()
+}
+
+/// A film with `iterations` iterations on it.
+pub fn render(scene: &Scene, settings: &Settings, iterations: u64) -> Film {
+    let mut film = Film::new(&scene.camera, settings);
+    let mut renderer = Renderer::new(scene, *settings).expect("settings that make sense");
+    for i in 0..iterations {
+        renderer.iteration(i, &mut film);
+    }
+    film
+}
+
+/// A mean and its standard error over runs.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    mean: f64,
+    error: f64,
+    degrees: f64,
+}
+
+impl Estimate {
+    fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        Self { mean, error: (variance / n).sqrt(), degrees: n - 1.0 }
+    }
+
+    /// The difference of two independent means, with Welch and Satterthwaite's degrees of freedom.
+    fn minus(self, other: Self) -> Self {
+        let (a, b) = (self.error.powi(2), other.error.powi(2));
+        let degrees = if a + b > 0.0 {
+            (a + b).powi(2) / (a * a / self.degrees + b * b / other.degrees)
+        } else {
+            self.degrees
+        };
+        Self { mean: self.mean - other.mean, error: (a + b).sqrt(), degrees }
+    }
+
+    /// Standard errors that a true zero stays within.
+    fn critical(self, comparisons: f64) -> f64 {
+        student(self.degrees).inverse_cdf(1.0 - level(comparisons) / 2.0)
+    }
+
+    /// The smallest bias that is seen with probability [`POWER`].
+    fn detectable(self) -> f64 {
+        (self.critical(IMAGES) + student(self.degrees).inverse_cdf(POWER)) * self.error
+    }
+
+    /// Fails unless the mean is zero, as far as the runs can tell. What has no variance at all is held to the
+    /// rounding of f32.
+    fn assert_zero(self, what: &str, scale: f64, comparisons: f64) {
+        let bound = self.critical(comparisons) * self.error + 2e-6 * scale;
+        assert!(self.mean.abs() <= bound, "{what}: off by {:e}, bound {bound:e} at {scale:e}", self.mean);
+    }
+}
+
+fn student(degrees: f64) -> StudentsT {
+    StudentsT::new(0.0, 1.0, degrees).expect("positive degrees of freedom")
+}
+
+/// Means over runs: of each tile and channel, and of the whole image.
+pub struct Means {
+    tiles: Vec<Estimate>,
+    image: Estimate,
+}
+
+impl Means {
+    /// Of independent runs, at least two.
+    pub fn of(images: &[Image]) -> Self {
+        let (width, height) = (images[0].width, images[0].height);
+        let mut tiles = Vec::new();
+        for y in (0..height).step_by(TILE) {
+            for x in (0..width).step_by(TILE) {
+                for channel in 0..3 {
+                    let values: Vec<f64> =
+                        images.iter().map(|image| tile_mean(image, x, y, channel)).collect();
+                    tiles.push(Estimate::of(&values));
+                }
+            }
+        }
+        let whole: Vec<f64> = images.iter().map(image_mean).collect();
+        Self { tiles, image: Estimate::of(&whole) }
+    }
+
+    /// Fails unless every tile and the image as a whole have the mean `expected`; or if the test could not see a
+    /// relative bias of `detectable` of the image.
+    pub fn assert_mean(&self, what: &str, expected: f64, detectable: f64) {
+        let exact = Estimate { mean: expected, error: 0.0, degrees: 1.0 };
+        let less = |e: Estimate| Estimate { mean: e.mean - exact.mean, ..e };
+        for (i, tile) in self.tiles.iter().enumerate() {
+            less(*tile).assert_zero(&format!("{what}, tile {i}"), expected, TILES);
+        }
+        less(self.image).assert_zero(what, expected, IMAGES);
+        self.assert_sharp(what, self.image, expected, detectable);
+    }
+
+    /// Fails unless both have the same mean in every tile and as a whole; or if the test could not see a relative
+    /// bias of `detectable` of the image.
+    pub fn assert_same(&self, other: &Self, what: &str, detectable: f64) {
+        for (i, (a, b)) in self.tiles.iter().zip(&other.tiles).enumerate() {
+            a.minus(*b).assert_zero(&format!("{what}, tile {i}"), b.mean, TILES);
+        }
+        let difference = self.image.minus(other.image);
+        difference.assert_zero(what, other.image.mean, IMAGES);
+        self.assert_sharp(what, difference, other.image.mean, detectable);
+    }
+
+    fn assert_sharp(&self, what: &str, estimate: Estimate, scale: f64, detectable: f64) {
+        let smallest = estimate.detectable() / scale;
+        assert!(
+            smallest <= detectable,
+            "{what}: the test sees a bias of {smallest:.4} only, not {detectable}"
+        );
+    }
+}
+
+fn tile_mean(image: &Image, x: usize, y: usize, channel: usize) -> f64 {
+    let (right, bottom) = ((x + TILE).min(image.width), (y + TILE).min(image.height));
+    let mut sum = 0.0;
+    for row in y..bottom {
+        for column in x..right {
+            sum += f64::from(image.pixels[row * image.width + column][channel]);
+        }
+    }
+    sum / ((right - x) * (bottom - y)) as f64
+}
+
+fn image_mean(image: &Image) -> f64 {
+    let sum: f64 = image.pixels.iter().flatten().map(|v| f64::from(*v)).sum();
+    sum / (3 * image.pixels.len()) as f64
+}

@@ -1,0 +1,213 @@
+//! The oracle (transport.md, 5): every technique that could have made a whole path, with its density, from the
+//! definitions and by loops over the path, in f64.
+//!
+//! It shares the evaluations of BSDFs, lights and the camera with the renderer, and none of the weight code.
+
+use glam::{DVec3, Vec2, Vec3A};
+use tyndall::bsdf::Mode;
+use tyndall::geometry::SurfacePoint;
+use tyndall::light::LightPoint;
+use tyndall::math::Frame;
+use tyndall::scene::Scene;
+use tyndall::transport::light_path::LIGHT_PATHS_A_PIXEL;
+use tyndall::transport::{Settings, Technique};
+
+/// A whole path: x_0 on a light, `surfaces` between, the last vertex on the lens.
+#[derive(Clone, Debug)]
+pub struct FullPath {
+    pub light: LightPoint,
+    /// x_1 … x_{k-1}.
+    pub surfaces: Vec<SurfacePoint>,
+    pub lens: Vec3A,
+}
+
+/// What the oracle says of a path.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// The path's contribution to its pixel, RGB, without 1/pixels.
+    pub contribution: DVec3,
+    /// Density of technique s, times its number of samples, for s = 0 … k; 0 where it is off or impossible.
+    pub densities: Vec<f64>,
+    /// p_i, r_i and c_i, i = 0 … k.
+    pub p: Vec<f64>,
+    pub r: Vec<f64>,
+    pub c: Vec<f64>,
+}
+
+impl Verdict {
+    /// The weight of technique s under the power heuristic with exponent `beta`.
+    pub fn weight(&self, s: usize, beta: f64) -> f64 {
+        // Scaled by the largest, so that nothing overflows.
+        let largest = self.densities.iter().copied().fold(0.0, f64::max);
+        let power = |d: f64| (d / largest).powf(beta);
+        power(self.densities[s]) / self.densities.iter().map(|d| power(*d)).sum::<f64>()
+    }
+}
+
+/// One interior vertex as the two subpaths see it.
+#[derive(Clone, Copy, Debug)]
+struct Interior {
+    specular: bool,
+    /// Density with which a light subpath goes on toward the camera's side, and the other way round, with
+    /// continuation. At a specular vertex both are relative to the same Dirac.
+    light: f64,
+    camera: f64,
+    /// f · |wl·ns| / |wl·ng|; at a specular vertex, the Dirac's coefficient such that times |wc·ng| and over `light`
+    /// it is what the light subpath's throughput is multiplied by.
+    value: DVec3,
+}
+
+fn d(v: Vec3A) -> DVec3 {
+    v.as_dvec3()
+}
+
+impl FullPath {
+    fn segments(&self) -> usize {
+        self.surfaces.len() + 1
+    }
+
+    /// Unit direction from x_i to x_{i+1}.
+    fn direction(&self, scene: &Scene, i: usize) -> DVec3 {
+        if i == 0 && scene.lights.is_infinite(&self.light) {
+            return -d(self.light.n);
+        }
+        (self.position(i + 1) - self.position(i)).normalize()
+    }
+
+    fn position(&self, i: usize) -> DVec3 {
+        if i == 0 {
+            d(self.light.p)
+        } else if i == self.segments() {
+            d(self.lens)
+        } else {
+            d(self.surfaces[i - 1].p)
+        }
+    }
+
+    /// 1/d² of the edge x_i … x_{i+1}; 1 where x_0 is infinitely far away.
+    fn falloff(&self, scene: &Scene, i: usize) -> f64 {
+        if i == 0 && scene.lights.is_infinite(&self.light) {
+            1.0
+        } else {
+            1.0 / self.position(i).distance_squared(self.position(i + 1))
+        }
+    }
+
+    /// D of vertex i toward the unit direction `w`.
+    fn cosine(&self, scene: &Scene, i: usize, w: DVec3) -> f64 {
+        if i == 0 {
+            f64::from(scene.lights.cos_at_light(&self.light, w.as_vec3a()))
+        } else if i == self.segments() {
+            1.0
+        } else {
+            d(self.surfaces[i - 1].ng).dot(w).abs()
+        }
+    }
+
+    fn interior(&self, scene: &Scene, i: usize, end: bool) -> Interior {
+        let point = &self.surfaces[i - 1];
+        let (wl, wc) = (-self.direction(scene, i - 1).as_vec3a(), self.direction(scene, i).as_vec3a());
+        let frame = Frame::from_normal(point.ns);
+        let (ll, lc) = (frame.to_local(wl), frame.to_local(wc));
+        let material = scene.material(point.shape);
+        let continuation = f64::from(material.continuation(point.uv));
+        let adjoint = |z: f32, w: Vec3A| f64::from((z / w.dot(point.ng)).abs());
+        if !end {
+            // The specular lobe, if that is what joins the two directions: found by asking for samples.
+            for k in 0..64 {
+                let u = (k as f32 + 0.5) / 64.0;
+                let Some(sample) = material.sample(point.uv, ll, Mode::Importance, (u, Vec2::splat(0.5)))
+                else {
+                    continue;
+                };
+                if sample.specular && (sample.to - lc).length() < 1e-4 {
+                    let pdf = f64::from(sample.pdf);
+                    return Interior {
+                        specular: true,
+                        light: pdf * continuation,
+                        camera: f64::from(sample.pdf_rev) * continuation,
+                        value: d(sample.weight) * pdf * adjoint(ll.z, wl) / f64::from(lc.z.abs()),
+                    };
+                }
+            }
+        }
+        let value = material.evaluate(point.uv, ll, lc);
+        Interior {
+            specular: false,
+            light: f64::from(value.pdf_lc) * continuation,
+            camera: f64::from(value.pdf_cl) * continuation,
+            value: d(value.f) * adjoint(ll.z, wl),
+        }
+    }
+}
+
+/// Judges `path`, which the technique with `made_by` light vertices has made.
+pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize) -> Verdict {
+    let k = path.segments();
+    let lights = &scene.lights;
+    let on = |t| settings.techniques.has(t);
+    // Vertices where the subpaths were joined were not sampled by a specular lobe.
+    let interior: Vec<Option<Interior>> = (0..=k)
+        .map(|i| (1..k).contains(&i).then(|| path.interior(scene, i, i + 1 == made_by || i == made_by)))
+        .collect();
+    let at = |i: usize| interior[i].expect("an interior vertex");
+    let out = path.direction(scene, 0).as_vec3a();
+    let lens_dir = -path.direction(scene, k - 1).as_vec3a();
+
+    let mut p = vec![0.0; k + 1];
+    let mut r = vec![0.0; k + 1];
+    p[0] = f64::from(lights.pdf_position(&scene.geometry, &path.light));
+    r[k] = 1.0;
+    for i in 1..=k {
+        let leaving =
+            if i == 1 { f64::from(lights.pdf_direction(&path.light, out)) } else { at(i - 1).light };
+        let w = path.direction(scene, i - 1);
+        p[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i - 1);
+    }
+    for i in 0..k {
+        let leaving = if i + 1 == k {
+            f64::from(scene.camera.pdf_direction(path.lens, lens_dir))
+        } else {
+            at(i + 1).camera
+        };
+        let w = path.direction(scene, i);
+        r[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i);
+    }
+
+    let specular = |i: usize| (1..k).contains(&i) && at(i).specular;
+    let mut c = vec![0.0; k + 1];
+    for (s, count) in c.iter_mut().enumerate() {
+        if specular(s) || (s > 0 && specular(s - 1)) {
+            continue;
+        }
+        *count = if s == 0 {
+            if on(Technique::Hit) && lights.is_hittable(&path.light) { 1.0 } else { 0.0 }
+        } else if s == k {
+            let seen = k > 1 || lights.is_hittable(&path.light);
+            if on(Technique::Lens) && seen { f64::from(LIGHT_PATHS_A_PIXEL) } else { 0.0 }
+        } else if s == 1 {
+            let x1 = path.surfaces[0].p;
+            let toward = f64::from(lights.pdf_toward(&scene.geometry, &path.light, x1));
+            if on(Technique::NextEvent) { toward / p[0] } else { 0.0 }
+        } else if on(Technique::Connect) {
+            1.0
+        } else {
+            0.0
+        };
+    }
+    let densities =
+        (0..=k).map(|s| c[s] * p[..s].iter().product::<f64>() * r[s..].iter().product::<f64>()).collect();
+
+    // f: emission, the geometry terms, the interior values, and the importance of a pixel, which times the cosine
+    // at the lens is the camera's density (its r_k, 1 here, takes the place of 1 / lens area).
+    let mut contribution = d(lights.emitted(&path.light, out));
+    for i in 0..k {
+        let w = path.direction(scene, i);
+        contribution *= path.cosine(scene, i, w) * path.cosine(scene, i + 1, w) * path.falloff(scene, i);
+    }
+    for i in 1..k {
+        contribution *= at(i).value;
+    }
+    contribution *= f64::from(scene.camera.pdf_direction(path.lens, lens_dir));
+    Verdict { contribution, densities, p, r, c }
+}

@@ -1,0 +1,65 @@
+//! The small scenes that the tests run in.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use tyndall::film::Image;
+use tyndall::film::exr::{self, LayeredImage};
+use tyndall::scene::Scene;
+use tyndall::scene::file::source::Source;
+use tyndall::transport::Technique;
+
+/// An environment of a smooth sky with a small bright sun in it, made here so that no binary is in the repository.
+fn sky() -> Image {
+    let (width, height) = (32, 16);
+    let pixel = |x: usize, y: usize| {
+        let up = 1.0 - y as f32 / height as f32;
+        let sun = if (10..12).contains(&x) && (3..5).contains(&y) { 20.0 } else { 0.0 };
+        [0.2 + 0.3 * up + sun, 0.3 + 0.3 * up + 0.8 * sun, 0.3 + 0.6 * up + 0.5 * sun]
+    };
+    let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
+    Image { width, height, pixels }
+}
+
+/// A folder with the scene files and the images that they name.
+static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes");
+    for entry in std::fs::read_dir(source).expect("tests/scenes is there") {
+        let path = entry.expect("it can be listed").path();
+        std::fs::copy(&path, folder.path().join(path.file_name().expect("a file")))
+            .expect("it can be copied");
+    }
+    let sky = LayeredImage::new(sky());
+    exr::write(folder.path().join("sky.exr"), &sky).expect("it can be written");
+    folder
+});
+
+/// Path of a test scene's file.
+fn path(name: &str) -> PathBuf {
+    FOLDER.path().join(name).with_extension("toml")
+}
+
+/// A test scene.
+pub fn load(name: &str) -> Scene {
+    load_with(name, "\0", "")
+}
+
+/// A test scene in whose file a text is replaced by another.
+pub fn load_with(name: &str, old: &str, new: &str) -> Scene {
+    let path = path(name);
+    let text = std::fs::read_to_string(&path).expect("a test scene").replace(old, new);
+    match tyndall::scene::file::from_source(&Source::from_text(path, text), &Default::default()) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// All of them.
+pub fn all() -> impl Iterator<Item = (&'static str, Scene)> {
+    ["surfaces", "glass", "lights", "environment", "furnace"].into_iter().map(|name| (name, load(name)))
+}
+
+/// Techniques that can make no path in a scene.
+pub fn without(_name: &str) -> &'static [Technique] {
+    &[]
+}

@@ -1,0 +1,113 @@
+//! Rung 2: the renderer's weights and contributions are those of the oracle, for paths that it really sampled.
+
+use crate::collect::trace_pixel;
+use crate::oracle::{Verdict, judge};
+use crate::scenes;
+use glam::UVec2;
+use tyndall::scene::Scene;
+use tyndall::transport::mis::{Link, connection_weight};
+use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
+
+/// Largest relative difference that f32 arithmetic explains.
+const TOLERANCE_F32: f64 = 1e-3;
+/// The recursion in f64 on the oracle's own densities.
+const TOLERANCE_F64: f64 = 1e-6;
+
+fn settings(techniques: TechniqueSet, heuristic: Heuristic) -> Settings {
+    Settings { heuristic, max_length: 9, seed: 11, ..Settings::new(techniques) }
+}
+
+/// The weight of technique s by the recursion, run in f64 from the oracle's p, r and c.
+fn recursion(verdict: &Verdict, s: usize, heuristic: Heuristic) -> f64 {
+    let k = verdict.p.len() - 1;
+    let raise = |x: f64| heuristic.raise(x);
+    // p and r are products with all geometry in them, so ρ is taken as 1 and r_{i-1} as the geometry.
+    let side = |own: &[f64], other: &[f64], counts: &[f64]| -> f64 {
+        let mut total = 0.0;
+        let mut link = Link { density: 1.0, behind: 0.0, count: 0.0 };
+        for i in 0..own.len() {
+            let sum = if i == 0 { 0.0 } else { link.leave(false, 0.0, 1.0) };
+            let geometry = if i == 0 { 0.0 } else { raise(other[i - 1]) };
+            link = Link::next(raise(own[i]), sum, geometry, raise(counts[i]));
+            total = link.close(0.0, 1.0, raise(other[i]));
+        }
+        total
+    };
+    let light = side(&verdict.p[..s], &verdict.r[..s], &verdict.c[..s]);
+    let reversed = |v: &[f64]| v.iter().rev().copied().collect::<Vec<f64>>();
+    // The camera side pairs vertex i with c_{i+1}; c_{k+1} is 0.
+    let mut counts = verdict.c[s + 1..].to_vec();
+    counts.push(0.0);
+    let camera = side(&reversed(&verdict.r[s..=k]), &reversed(&verdict.p[s..=k]), &reversed(&counts));
+    connection_weight(raise(verdict.c[s]), light, camera)
+}
+
+struct Seen {
+    samples: usize,
+    by_technique: [usize; Technique::COUNT],
+}
+
+fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) -> Seen {
+    let beta = match settings.heuristic {
+        Heuristic::Balance => 1.0,
+        Heuristic::Power(beta) => f64::from(beta),
+    };
+    let mut seen = Seen { samples: 0, by_technique: [0; Technique::COUNT] };
+    let size = scene.camera.size();
+    for iteration in 0..iterations {
+        for y in (0..size.y).step_by(3) {
+            for x in (0..size.x).step_by(3) {
+                for traced in trace_pixel(scene, settings, iteration, UVec2::new(x, y)) {
+                    let sample = &traced.sample;
+                    let s = sample.s as usize;
+                    let verdict = judge(scene, settings, &traced.path, s);
+                    let what = || {
+                        format!("{name} {} {:?}\n{verdict:?}\n{:?}", settings.techniques, sample, traced.path)
+                    };
+                    let sum: f64 = (0..verdict.p.len()).map(|s| verdict.weight(s, beta)).sum();
+                    assert!((sum - 1.0).abs() < 1e-9, "weights sum to {sum}: {}", what());
+                    let weight = verdict.weight(s, beta);
+                    let difference = (f64::from(sample.weight) - weight).abs();
+                    assert!(difference <= TOLERANCE_F32 * weight, "weight {weight}: {}", what());
+                    let recursive = recursion(&verdict, s, settings.heuristic);
+                    assert!(
+                        (recursive - weight).abs() <= TOLERANCE_F64 * weight,
+                        "f64 {recursive}: {}",
+                        what()
+                    );
+                    let expected = verdict.contribution / verdict.densities[s];
+                    let got = sample.contribution.as_dvec3();
+                    assert!(
+                        (got - expected).abs().max_element() <= TOLERANCE_F32 * expected.max_element(),
+                        "contribution {expected}: {}",
+                        what()
+                    );
+                    seen.samples += 1;
+                    seen.by_technique[sample.technique.index()] += 1;
+                }
+            }
+        }
+    }
+    seen
+}
+
+#[test]
+fn weights_and_contributions_are_the_oracles() {
+    for (name, scene) in scenes::all() {
+        let mut seen = [0; Technique::COUNT];
+        for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.3)] {
+            for techniques in TechniqueSet::subsets() {
+                let result = check(name, &scene, &settings(techniques, heuristic), 1);
+                for (total, new) in seen.iter_mut().zip(result.by_technique) {
+                    *total += new;
+                }
+            }
+        }
+        for technique in Technique::all() {
+            assert!(
+                seen[technique.index()] > 0 || scenes::without(name).contains(&technique),
+                "{name} never exercised {technique:?}"
+            );
+        }
+    }
+}
