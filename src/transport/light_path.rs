@@ -11,7 +11,6 @@ use crate::geometry::{Ray, SurfacePoint, offset_origin, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
 use crate::math::{Rgb, Stream, StreamKind};
 use crate::scene::Scene;
-use glam::Vec3A;
 
 /// Light subpaths an iteration, relative to the pixels of the full frame.
 pub const LIGHT_PATHS_A_PIXEL: f32 = 1.0;
