@@ -71,7 +71,7 @@ impl<'a> Context<'a> {
             [one] => Ok(one),
             [] => Err(self
                 .source
-                .error(span, format!("this {what} says not what it is: expected one of {expected}"))),
+                .error(span, format!("this {what} does not say what it is: expected one of {expected}"))),
             _ => {
                 let found = there.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(" and ");
                 Err(self.source.error(span, format!("this {what} is {found}: expected one of {expected}")))

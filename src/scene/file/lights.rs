@@ -43,7 +43,7 @@ pub(super) fn build(context: &mut Context, defs: &[Spanned<LightDef>]) -> Result
             }
             Light::Environment(environment_light(context, def)?)
         } else {
-            return Err(context.source.error(spanned.span(), "this light says not what it is"));
+            return Err(context.source.error(spanned.span(), "this light does not say what it is"));
         };
         lights.push((name, light));
     }

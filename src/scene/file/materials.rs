@@ -153,6 +153,10 @@ fn dielectric(
     let roughness = def.roughness.map_or(0.0, |r| r.get());
     let (inside, outside) = (number(def.ior, 1.5), number(def.exterior_ior, 1.0));
     let built = Dielectric::new(inside, outside, roughness, reflectance, transmittance);
+    // In the words of the file.
+    let built = built.map_err(|e| {
+        e.replace("int_ior", "ior").replace("ext_ior", "exterior_ior").replace("alpha", "roughness")
+    });
     context.at(span, built).map(Material::Dielectric)
 }
 

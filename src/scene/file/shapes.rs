@@ -13,6 +13,8 @@ use glam::{Affine3A, Vec3, Vec3A};
 use toml::Spanned;
 
 const DEFAULT_SEGMENTS: u32 = 64;
+/// Some 3 GB: more is a slip of the pen.
+const MAX_LATHE_POINTS: u64 = 1 << 25;
 const DEFAULT_CREASE: f32 = 40.0;
 /// Endings of mesh files that can be read.
 const MESHES: [&str; 2] = [".obj", ".ply"];
@@ -116,7 +118,7 @@ fn shape(context: &mut Context, def: &Spanned<ShapeDef>) -> Result<(&'static str
     } else if let Some(lathe) = lathe {
         (lathe.span(), turned(context, lathe)?)
     } else {
-        return Err(context.source.error(def.span(), "this shape says not what it is"));
+        return Err(context.source.error(def.span(), "this shape does not say what it is"));
     };
     Ok((kind, span, shape))
 }
@@ -164,5 +166,10 @@ fn turned(context: &Context, def: &Spanned<LatheDef>) -> Result<ShapeDesc> {
     let crease = crease.map_or(DEFAULT_CREASE, |c| c.get());
     let crease = smooth.unwrap_or(true).then_some(crease);
     let segments = segments.map_or(DEFAULT_SEGMENTS, |s| s.0);
+    if u64::from(segments) * points.len() as u64 > MAX_LATHE_POINTS {
+        let message =
+            format!("{segments} segments of {} points are more than {MAX_LATHE_POINTS}", points.len());
+        return Err(context.source.error(def.span(), message));
+    }
     context.at(profile.span(), TriangleMesh::lathe(&points, segments, crease)).map(ShapeDesc::Mesh)
 }

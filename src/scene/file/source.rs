@@ -112,8 +112,13 @@ pub fn allowed(what: &str, name: &str, known: &[&str]) -> String {
 
 /// serde's words for what is wrong, in those of someone who writes TOML.
 fn in_words(message: &str) -> String {
-    let mut message =
-        message.trim().replace('\n', "; ").replace("a sequence", "an array").replace("a map", "a table");
+    let mut message = message
+        .trim()
+        .replace('\n', "; ")
+        .replace("invalid type: sequence", "invalid type: array")
+        .replace("invalid type: map", "invalid type: table")
+        .replace("a sequence", "an array")
+        .replace("a map", "a table");
     for (theirs, ours) in [("unknown field", "unknown key"), ("missing field", "missing key")] {
         if let Some(rest) = message.strip_prefix(theirs) {
             message = format!("{ours}{rest}");
