@@ -234,6 +234,17 @@ fn read_block(path: &Path, at: u64) -> Result<Option<Block>> {
     }
 }
 
+/// Sees whether the file that a scene is to be measured against is there, is an image, and of the right size.
+///
+/// # Errors
+/// Where it is not.
+pub fn check_reference(plan: &ScenePlan, scene: &Scene) -> Result<()> {
+    match &plan.reference {
+        Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(drop),
+        _ => Ok(()),
+    }
+}
+
 /// A reference of the user's.
 fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
     let file = exr::read_layers(path)?;

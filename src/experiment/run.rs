@@ -2,7 +2,7 @@
 
 use super::cell::{Measured, SceneContext};
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
-use super::reference::{Maker, Truth};
+use super::reference::{Maker, Truth, check_reference};
 use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
@@ -39,8 +39,8 @@ pub struct Options<'a> {
 /// # Errors
 /// Anything wrong with scenes, references or the folders, most of it before the first iteration.
 pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Result<Results> {
-    prepare_folder(options.out)?;
     let scenes = load_scenes(plan)?;
+    prepare_folder(options.out)?;
     let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes) };
     write_bytes(&options.out.join("experiment.toml"), plan.text.as_bytes())?;
     runner.save()?;
@@ -146,6 +146,7 @@ fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
                 )));
             }
         }
+        check_reference(entry, &scene)?;
         for estimator in &plan.estimators {
             plan.settings(entry, Lengths::from(scene.notes.defaults), estimator, 0)?;
         }

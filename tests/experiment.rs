@@ -1,0 +1,297 @@
+//! Experiments from file to results, by the program.
+
+mod common;
+
+use common::{Bench, EXPERIMENT};
+use std::collections::{BTreeMap, HashSet};
+use std::process::Stdio;
+use std::time::Duration;
+use tyndall::experiment::results::{Results, read};
+use tyndall::film::exr::{read_layers, read_rgb};
+
+fn results(bench: &Bench) -> Results {
+    read(bench.path("results/experiment")).unwrap()
+}
+
+#[test]
+fn an_experiment_runs_from_end_to_end() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --threads 2");
+    let results = results(&bench);
+    assert!(!results.partial);
+    assert_eq!((results.title.as_str(), results.runs, results.machine.threads), ("A small experiment", 3, 2));
+    let keys: Vec<&str> = results.metrics.iter().map(|m| m.key.as_str()).collect();
+    assert_eq!(keys, ["relmse", "mse", "flip"]);
+    assert_eq!(results.cells.len(), 2);
+    let reference = results.scenes[0].reference.as_ref().unwrap();
+    assert_eq!(reference.spp, Some(24));
+    assert!(reference.variance.unwrap() > 0.0 && !reference.partial);
+    let mut seeds = HashSet::new();
+    for cell in &results.cells {
+        assert_eq!((cell.runs.len(), cell.spp.mean, cell.max_length), (3, 4.0, 6));
+        assert!(cell.runs.iter().all(|r| seeds.insert(r.seed)), "every run has a seed of its own");
+        for key in &keys {
+            let value = cell.metric(key).unwrap();
+            let interval = value.interval.unwrap();
+            assert!(value.mean > 0.0 && interval.low <= value.mean && value.mean <= interval.high);
+        }
+        assert!(cell.variance.unwrap().mean > 0.0 && cell.efficiency.unwrap().mean > 0.0);
+        let spps: Vec<u64> = cell.runs[0].checkpoints.iter().map(|c| c.spp).collect();
+        assert_eq!(spps, [1, 2, 4]);
+        let curve = &cell.convergence[0];
+        assert_eq!((curve.metric.as_str(), curve.points.len()), ("relmse", 3));
+        assert!(curve.slope_spp.unwrap().interval.is_some());
+        let files = &cell.files;
+        let mut named = vec![&files.png, &files.exr, &files.mean_exr, &files.mean_png];
+        named.extend(&files.error_exr);
+        named.extend(files.error_png.values());
+        assert_eq!(named.len(), 8);
+        for file in named {
+            assert!(bench.path("results/experiment").join(file).is_file(), "{file}");
+        }
+    }
+    assert!(results.cells[0].files.layers.is_empty());
+    assert!(results.cells[1].files.layers.iter().any(|l| l == "weighted.connect"));
+    assert_eq!(results.estimators[1].settings.heuristic, "power 2");
+    assert!(results.metrics[0].map_scale["small"] > 0.0);
+}
+
+/// The numbers in the files belong together: metrics follow from the images, means from the runs.
+#[test]
+fn numbers_follow_from_the_files() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml");
+    let results = results(&bench);
+    let root = bench.path("results/experiment");
+    let reference = read_rgb(root.join("small/reference.exr")).unwrap();
+    let cell = results.cell("small", "all").unwrap();
+    let mut mean = vec![[0.0f64; 3]; reference.pixels.len()];
+    for run in &cell.runs {
+        let image = read_rgb(root.join(&run.exr)).unwrap();
+        let comparison = tyndall::cli::compare::compare(&image, &reference).unwrap();
+        for value in &comparison.values {
+            if let Some(stored) = run.metrics.get(value.metric.description().key) {
+                assert_eq!(*stored, value.value, "{:?}", value.metric);
+            }
+        }
+        for (sum, pixel) in mean.iter_mut().zip(&image.pixels) {
+            (0..3).for_each(|c| sum[c] += f64::from(pixel[c]) / 3.0);
+        }
+    }
+    let file = read_layers(root.join(&cell.files.mean_exr)).unwrap();
+    for (pixel, expected) in file.layer("").unwrap().pixels.iter().zip(&mean) {
+        (0..3)
+            .for_each(|c| assert!((f64::from(pixel[c]) - expected[c]).abs() <= 1e-6 * expected[c].max(1.0)));
+    }
+    // Weighted layers add up to the image, in the mean too.
+    let layer = |key: &str| file.layer(&format!("weighted.{key}")).unwrap();
+    let layers = ["hit", "nee", "connect", "lens"].map(layer);
+    for (i, expected) in mean.iter().enumerate() {
+        for c in 0..3 {
+            let sum: f64 = layers.iter().map(|l| f64::from(l.pixels[i][c])).sum();
+            assert!((sum - expected[c]).abs() <= 1e-5 * expected[c].max(1.0));
+        }
+    }
+}
+
+#[test]
+fn tables_have_a_row_a_run_and_metric() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml");
+    let results = results(&bench);
+    let text = std::fs::read_to_string(bench.path("results/experiment/results.csv")).unwrap();
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(head, ["scene", "estimator", "run", "seed", "spp", "seconds", "partial", "metric", "value"]);
+    let mut values = BTreeMap::new();
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), head.len(), "{line}");
+        let key = (cells[1].to_owned(), cells[2].parse::<u32>().unwrap(), cells[7].to_owned());
+        assert!(values.insert(key, cells[8].parse::<f64>().unwrap()).is_none(), "{line}");
+    }
+    assert_eq!(values.len(), 2 * 3 * (3 + 1), "estimators × runs × (metrics and the mean)");
+    for cell in &results.cells {
+        for run in &cell.runs {
+            for (metric, value) in &run.metrics {
+                assert_eq!(values[&(cell.estimator.clone(), run.index, metric.clone())], *value);
+            }
+        }
+    }
+}
+
+#[test]
+fn results_are_the_same_again_and_with_other_threads() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --threads 1 --out a/r");
+    bench.succeed("run experiment.toml --threads 3 --out b/r");
+    let metrics = |name: &str| -> Vec<BTreeMap<String, f64>> {
+        let results = read(bench.path(name)).unwrap();
+        results.cells.iter().flat_map(|c| c.runs.iter().map(|r| r.metrics.clone())).collect()
+    };
+    assert_eq!(metrics("a/r"), metrics("b/r"));
+    // Another base seed: other runs, the same reference.
+    let (_, err) = bench.succeed("run experiment.toml --out b/r --set seed=1");
+    assert!(err.contains("reference of 24 spp found"), "{err}");
+    assert_ne!(metrics("a/r"), metrics("b/r"));
+}
+
+#[test]
+fn references_are_kept_and_extended() {
+    let bench = Bench::new();
+    bench.write("experiment.toml", &EXPERIMENT.replace("runs = 3", "runs = 1"));
+    bench.succeed("run experiment.toml --cache cache");
+    let blocks = || -> BTreeMap<_, _> {
+        let files = bench.files().into_iter().filter(|f| f.to_string_lossy().contains("/block-"));
+        files
+            .map(|f| (f.clone(), (std::fs::read(&f).unwrap(), f.metadata().unwrap().modified().unwrap())))
+            .collect()
+    };
+    let first = blocks();
+    assert!(!first.is_empty());
+    let (_, err) = bench.succeed("run experiment.toml --cache cache");
+    assert!(err.contains("reference of 24 spp found"), "{err}");
+    assert_eq!(blocks(), first, "nothing is rendered again");
+    let (_, err) = bench.succeed("run experiment.toml --cache cache --set reference.spp=40");
+    assert!(err.contains("24 spp are there"), "{err}");
+    let extended = blocks();
+    assert!(extended.len() > first.len());
+    assert!(first.iter().all(|(path, content)| extended.get(path) == Some(content)));
+    let reference = bench.path("results/experiment/small/reference.exr");
+    let grown = read_layers(&reference).unwrap();
+    assert_eq!(grown.text("tyndall.iterations"), Some("40"));
+    // In one go: the same up to rounding.
+    bench.succeed("run experiment.toml --cache other --set reference.spp=40");
+    let whole = read_layers(&reference).unwrap();
+    for layer in ["", "variance"] {
+        let (a, b) = (grown.layer(layer).unwrap(), whole.layer(layer).unwrap());
+        for (a, b) in a.pixels.iter().flatten().zip(b.pixels.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-4 * b.abs() + 1e-9, "'{layer}': {a} {b}");
+        }
+    }
+    // And that is what a plain render with the reference's seed has.
+    let seed = whole.text("tyndall.seed").unwrap().to_owned();
+    bench.succeed(&format!("render small --spp 40 --seed {seed} --out plain.exr"));
+    let plain = read_layers(bench.path("plain.exr")).unwrap();
+    for layer in ["", "variance"] {
+        let (a, b) = (plain.layer(layer).unwrap(), whole.layer(layer).unwrap());
+        for (a, b) in a.pixels.iter().flatten().zip(b.pixels.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-3 * b.abs() + 1e-9, "'{layer}': {a} {b}");
+        }
+    }
+    // A scene that changed is another scene.
+    let scene = std::fs::read_to_string(bench.path("small/scene.toml")).unwrap();
+    bench.write("small/scene.toml", &scene.replace("reflectance = 0.7", "reflectance = 0.6"));
+    let before = blocks().len();
+    bench.succeed("run experiment.toml --cache cache");
+    assert!(blocks().len() > before);
+}
+
+#[test]
+fn a_damaged_block_is_rendered_again() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --set runs=1");
+    let reference = bench.path("results/experiment/small/reference.exr");
+    let whole = read_rgb(&reference).unwrap();
+    let block = bench.files().into_iter().rfind(|f| f.to_string_lossy().contains("/block-")).unwrap();
+    let bytes = std::fs::read(&block).unwrap();
+    std::fs::write(&block, &bytes[..bytes.len() / 2]).unwrap();
+    let (_, err) = bench.succeed("run experiment.toml --set runs=1");
+    assert!(err.contains("rendered again"), "{err}");
+    assert_eq!(read_rgb(&reference).unwrap(), whole);
+}
+
+#[test]
+fn a_file_can_be_the_reference() {
+    let bench = Bench::new();
+    bench.succeed("render small --spp 16 --seed 5 --out truth.exr");
+    let text = EXPERIMENT.replace("preset = \"bpt\"\nspp = 24", "file = \"truth.exr\"");
+    bench.write("experiment.toml", &text);
+    bench.succeed("run experiment.toml");
+    let results = results(&bench);
+    let reference = results.scenes[0].reference.as_ref().unwrap();
+    assert_eq!(reference.spp, Some(16));
+    let warned = |part: &str| results.cells.iter().any(|c| c.warnings.iter().any(|w| w.contains(part)));
+    assert!(warned("the reference's own noise"), "16 spp are no reference for 4");
+    bench.refuse("run experiment.toml --out again --set size=[48,32]", &["truth.exr", "24x16", "48x32"]);
+}
+
+#[test]
+fn time_is_shared_out_evenly() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --set budget.seconds=0.2 --set runs=1");
+    for cell in &results(&bench).cells {
+        assert!((0.1..0.4).contains(&cell.seconds.mean), "{}: {}", cell.estimator, cell.seconds.mean);
+        assert!(cell.spp.mean > 2.0);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_what_is_done() {
+    let bench = Bench::new();
+    let mut child = bench
+        .command("run experiment.toml --set estimator.all.budget={spp=1000000000}")
+        .stderr(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stderr.take().unwrap()));
+    let begun = lines.by_ref().map(Result::unwrap).any(|line| line.starts_with("small: all, run 1 of 3"));
+    assert!(begun);
+    std::thread::sleep(Duration::from_millis(200));
+    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    for _ in lines {}
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let results = results(&bench);
+    assert!(results.partial);
+    assert_eq!(results.cell("small", "pt").unwrap().runs.len(), 3);
+    let stopped = results.cell("small", "all").unwrap();
+    assert_eq!(stopped.runs.len(), 1);
+    assert!(stopped.runs[0].partial && stopped.runs[0].spp > 0);
+    assert!(stopped.warnings.iter().any(|w| w.contains("stopped")));
+}
+
+#[test]
+fn wrong_experiments_are_pointed_at() {
+    let bench = Bench::new();
+    for (from, to, parts) in [
+        ("runs = 3", "runs = 0", &["experiment.toml:4:8", "from 1 up"][..]),
+        ("runs = 3", "run = 3", &["experiment.toml:4:1", "`run`", "did you mean `runs`"]),
+        ("runs = 3", "runs = [", &["experiment.toml:"]),
+        ("{ spp = 4 }", "{ spp = 4, seconds = 1 }", &["experiment.toml:3:", "exactly one"]),
+        ("{ spp = 4 }", "{ seconds = -1 }", &["experiment.toml:3:", "-1"]),
+        ("budget = { spp = 4 }", "", &["experiment.toml:", "no budget"]),
+        ("\"mse\"", "\"mze\"", &["experiment.toml:5:", "`mse`"]),
+        ("\"mse\"", "\"relmse\"", &["experiment.toml:5:", "twice"]),
+        ("file = \"small\"", "file = \"smal\"", &["experiment.toml:12:8", "smal"]),
+        ("preset = \"pt\"", "preset = \"ppt\"", &["experiment.toml:", "`ppt`", "did you mean"]),
+        ("preset = \"pt\"", "", &["experiment.toml:", "lacks `preset`"]),
+        ("\"lens\"", "\"lense\"", &["'lense'", "did you mean 'lens'"]),
+        ("preset = \"pt\"", "preset = \"pt\"\nname = \"all\"", &["experiment.toml:", "two estimators"]),
+        ("name = \"all\"", "name = \"../all\"", &["experiment.toml:", "../all"]),
+        ("heuristic = \"power\"", "exponent = 2", &["experiment.toml:", "power"]),
+        ("width = 8, height = 8", "width = 80, height = 8", &["80x8", "24x16"]),
+        ("spp = 24", "", &["experiment.toml:", "exactly one of `spp` and `seconds`"]),
+        ("preset = \"bpt\"\nspp = 24", "file = \"none.exr\"", &["experiment.toml:8:", "none.exr"]),
+        ("exposure = 0.5", "exposure = nan", &["experiment.toml:13:", "NaN"]),
+        ("layers = \"families\"", "color = \"red\"", &["experiment.toml:", "#rrggbb"]),
+        ("exposure = 0.5", "min_length = 9", &["minimum path length is 9"]),
+    ] {
+        assert!(EXPERIMENT.contains(from), "{from}");
+        bench.write("experiment.toml", &EXPERIMENT.replacen(from, to, 1));
+        bench.refuse("run experiment.toml", parts);
+    }
+    bench.write("experiment.toml", EXPERIMENT);
+    for (line, parts) in [
+        ("--set runs", &["key=value"][..]),
+        ("--set runs=0", &["--set runs=0", "from 1 up"]),
+        ("--set rums=2", &["--set rums=2", "did you mean `runs`"]),
+        ("--set estimator.bpt.label=x", &["there is no entry `bpt`", "pt, all"]),
+        ("--out small/scene.toml", &["small/scene.toml", "folder"]),
+        ("--out /proc/tyndall/x", &["/proc/tyndall"]),
+    ] {
+        bench.refuse(&format!("run experiment.toml {line}"), parts);
+    }
+}
