@@ -13,6 +13,7 @@ pub mod film;
 pub mod geometry;
 pub mod light;
 pub mod math;
+pub mod notation;
 pub mod render;
 pub mod scene;
 pub mod texture;

@@ -4,7 +4,7 @@
 //! outside. `wl` is on the side of the path where the light is, `wc` on the side of the camera; `from` is the side
 //! that a walk comes from, `to` the side that it goes on to. f(wl → wc) is the radiance that leaves along wc, per
 //! irradiance that arrives from wl: for refraction it has the factor (η_c/η_l)², since L/η² is what a boundary
-//! conserves, and f(wl → wc)/η_c² = f(wc → wl)/η_l² [Veach 1997 (5.14)]. A light walk needs no correction of its own,
+//! conserves, and f(wl → wc)/η_c² = f(wc → wl)/η_l² [Veach 1997, 5.2]. A light walk needs no correction of its own,
 //! because the arguments of f say where the light is, and not where the walk comes from.
 //!
 //! A smooth lobe can be evaluated, and so be used by connections; a specular one (a Dirac) can only be sampled.

@@ -18,7 +18,7 @@
 //! | c_i | [`Link::count`] | samples of the connection that would end the own subpath just before x_i |
 //! | M_i | `merges` | sum over the merges at x_i |
 //!
-//! Power heuristic: each of p, r, c and M is raised to β as it enters; nothing else changes [Veach 1997 (9.13)].
+//! Power heuristic: each of p, r, c and M is raised to β as it enters; nothing else changes [Veach 1997, 9.2].
 
 use super::settings::Heuristic;
 use std::ops::{Add, Div, Mul};

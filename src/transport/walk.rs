@@ -179,7 +179,7 @@ fn leave<V: Visitor>(
     let cosine = dir.dot(point.ng).abs();
     let adjoint = match V::MODE {
         Mode::Radiance => 1.0,
-        // [Veach 1997 (5.19)]: |wl·ns| |wc·ng| / (|wl·ng| |wc·ns|)
+        // [Veach 1997, 5.3.2]: |wl·ns| |wc·ng| / (|wl·ng| |wc·ns|)
         Mode::Importance => (local_from.z * cosine / (from.dot(point.ng) * sample.to.z)).abs(),
     };
     let back = settings.heuristic.raise(continuation * sample.pdf_rev);
