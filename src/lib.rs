@@ -15,6 +15,7 @@ pub mod light;
 pub mod math;
 pub mod notation;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod texture;
 pub mod transport;

@@ -1,0 +1,97 @@
+//! Error maps: their scale, its colours, and the maps of the metrics beside the main one.
+
+use super::comparison::shown;
+use super::context::{Context, Entry, SceneView, estimate};
+use super::markup::Markup;
+use super::numbers::significant;
+use super::picture::Picture;
+use crate::experiment::results::MetricInfo;
+use crate::film::ScalarImage;
+use crate::film::false_color::Scale;
+
+/// Maps of the metrics beside the main one are at most so large.
+const SIDE: usize = 400;
+
+/// The map of a metric, from the estimator's EXR of maps.
+pub(super) fn error_map(
+    context: &mut Context,
+    view: &SceneView,
+    entry: &Entry,
+    key: &str,
+) -> Option<ScalarImage> {
+    let path = entry.cell.files.error_exr.as_deref()?;
+    let layers = context.load(path, view.scene)?;
+    let image = layers.layer(key)?;
+    let values = image.pixels.iter().map(|p| p[0]).collect();
+    Some(ScalarImage { width: image.width, height: image.height, values })
+}
+
+/// Top of the maps' scale: as the experiment says, else the largest 99th percentile.
+pub(super) fn map_scale<'a>(
+    metric: &MetricInfo,
+    view: &SceneView,
+    maps: impl Iterator<Item = &'a ScalarImage>,
+) -> f32 {
+    let stated = metric.map_scale.get(&view.scene.key).map(|v| *v as f32);
+    stated
+        .filter(|v| v.is_finite() && *v > 0.0)
+        .unwrap_or_else(|| maps.map(|map| map.quantile(0.99)).fold(0.0, f32::max))
+}
+
+/// The scale of the maps under them: its colours with numbers.
+pub(super) fn color_bar(m: &mut Markup, metric: &MetricInfo, scale: f32) {
+    let ramp = ScalarImage { width: 256, height: 1, values: (0..256).map(|i| i as f32 / 255.0).collect() };
+    m.tag("div", &[("class", &"color-bar")], |m| {
+        m.leaf("span", &[], format!("{} a pixel, mean over the runs:", metric.label));
+        m.leaf("span", &[("class", &"number")], "0");
+        if let Some(p) = Picture::of_map(&ramp, Scale::Linear(1.0), 256) {
+            p.img(m, "colours of the error maps from the least to the greatest", &[]);
+        }
+        let top = significant(f64::from(scale), 3);
+        m.leaf("span", &[("class", &"number")], format!("≥ {top}"));
+        m.leaf(
+            "span",
+            &[("class", &"quiet")],
+            "(linear; the top is the 99th percentile over all estimators of this scene)",
+        );
+    });
+}
+
+/// Maps of the other metrics, folded.
+pub(super) fn other_maps(context: &mut Context, view: &SceneView, main: Option<&MetricInfo>, m: &mut Markup) {
+    let results = context.results;
+    let Some(main) = main else { return };
+    let others: Vec<&MetricInfo> = results
+        .metrics
+        .iter()
+        .filter(|k| k.key != main.key && k.map_scale.contains_key(&view.scene.key))
+        .collect();
+    if others.is_empty() {
+        return;
+    }
+    m.tag("details", &[], |m| {
+        let names: Vec<&str> = others.iter().map(|k| k.label.as_str()).collect();
+        m.leaf("summary", &[], format!("Error maps of the other metrics: {}", names.join(", ")));
+        for metric in others {
+            let scale = metric.map_scale[&view.scene.key] as f32;
+            m.leaf("h4", &[], format!("{}, from 0 to {}", metric.label, significant(f64::from(scale), 3)));
+            let style = format!("--columns:{}", view.entries.len().max(3));
+            m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
+                for entry in &view.entries {
+                    let map = error_map(context, view, entry, &metric.key);
+                    let picture = map.and_then(|map| Picture::of_map(&map, Scale::Linear(scale), SIDE));
+                    m.tag("figure", &[], |m| {
+                        let alt = format!("{} of {}", metric.label, entry.info.label);
+                        let exr = entry.cell.files.error_exr.as_deref().unwrap_or_default();
+                        shown(m, picture.as_ref(), &alt, exr, &metric.key, view);
+                        let value = entry.cell.metric(&metric.key).map_or(String::new(), |v| estimate(&v));
+                        m.tag("figcaption", &[], |m| {
+                            m.leaf("b", &[], &entry.info.label);
+                            m.leaf("span", &[("class", &"fact")], &value);
+                        });
+                    });
+                }
+            });
+        }
+    });
+}

@@ -1,0 +1,88 @@
+//! The report of an experiment: one self-contained HTML page and figures, from the results on disk.
+//!
+//! The page needs no network and no script: images and plots are within it. It is made of one section a scene, with
+//! ids `scene-<name>-images`, `-metrics`, `-convergence`, `-techniques` and `-pyramid`; every image carries
+//! the EXR that it comes from in `data-exr` and the layer in `data-layer`, relative to the folder of results.
+//!
+//! | file | what it makes |
+//! |---|---|
+//! | `page` | the whole: head, summary, scenes, what is needed to repeat it |
+//! | `comparison`, `crops`, `maps` | images side by side, error maps, enlarged parts |
+//! | `table`, `statistics` | metrics with intervals, and who is best |
+//! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
+//! | `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
+//! | `reproduce` | program, machine, settings, seeds, times, definitions |
+//! | `markup`, `numbers`, `picture`, `montage` | HTML and SVG, numbers, images as `data:` addresses |
+
+mod axis;
+mod comparison;
+mod context;
+mod convergence;
+mod crops;
+mod curve;
+mod layers;
+mod maps;
+mod markup;
+mod montage;
+mod numbers;
+mod page;
+mod palette;
+mod picture;
+mod plot;
+mod pyramid;
+mod reproduce;
+mod statistics;
+mod table;
+mod techniques;
+#[cfg(test)]
+mod tests;
+
+use crate::error::{Error, Result};
+use crate::experiment::results::{self, Results};
+use crate::film::output::write_bytes;
+use std::path::{Path, PathBuf};
+
+/// What a report consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReportSummary {
+    /// The page.
+    pub page: PathBuf,
+    /// Its size in bytes.
+    pub bytes: usize,
+    /// The figures beside it, each an SVG file of its own.
+    pub figures: Vec<PathBuf>,
+    /// What could not be shown, such as an image that is missing; the page says so too.
+    pub problems: Vec<String>,
+}
+
+/// Reads the results in a folder and writes `index.html` and `figures/*.svg` there, each whole or not at all.
+///
+/// Images that are missing or damaged leave a note in the page.
+///
+/// # Errors
+/// No results in the folder, damaged ones, or a file that cannot be written.
+pub fn report(dir: &Path) -> Result<ReportSummary> {
+    let results = results::read(dir)?;
+    let dir = if dir.is_file() { dir.parent().unwrap_or(Path::new(".")) } else { dir };
+    report_of(dir, &results)
+}
+
+/// [`report`] of results that are at hand, with their images in `dir`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn report_of(dir: &Path, results: &Results) -> Result<ReportSummary> {
+    let mut context = context::Context::new(dir, results);
+    let html = page::page(&mut context);
+    let folder = dir.join("figures");
+    std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, "make the folder", &e))?;
+    let mut figures = Vec::new();
+    for (name, svg) in &context.figures {
+        let path = folder.join(format!("{name}.svg"));
+        write_bytes(&path, svg.as_bytes())?;
+        figures.push(path);
+    }
+    let page = dir.join("index.html");
+    write_bytes(&page, html.as_bytes())?;
+    Ok(ReportSummary { page, bytes: html.len(), figures, problems: context.problems })
+}

@@ -1,0 +1,207 @@
+//! The pyramid: contributions of (s, t), a row a path length [Veach 1997, figure 10.2].
+
+use super::comparison::shown;
+use super::context::{Context, Entry, SceneView};
+use super::layers::{Group, energy, longest_pair, name};
+use super::markup::Markup;
+use super::montage::{Montage, Tile};
+use super::numbers::percent;
+use super::picture::{Picture, factor};
+use crate::film::exr::LayeredImage;
+use crate::film::{Image, ScalarImage};
+
+/// Images are at most so large.
+const SIDE: usize = 224;
+/// A row is brightened by at most so many stops.
+const MOST_STOPS: i32 = 16;
+
+/// The paths of one length.
+struct Row<'a> {
+    length: u32,
+    /// By s, from 0: weighted and unweighted.
+    images: Vec<(Option<&'a Image>, Option<&'a Image>)>,
+    /// Stops by which the row is brighter than the page's exposure.
+    stops: i32,
+    /// Share of the combined image's energy.
+    share: f64,
+}
+
+/// The pyramid of an estimator with (s, t) layers, for paths of `lengths` segments; nothing for others.
+pub(super) fn pyramid(
+    context: &mut Context,
+    view: &SceneView,
+    entry: &Entry,
+    layers: &LayeredImage,
+    lengths: [u32; 2],
+    m: &mut Markup,
+) {
+    let Some((combined, longest)) = layers.layer("").zip(longest_pair(layers)) else { return };
+    let rows: Vec<Row> =
+        (lengths[0].max(1)..=lengths[1].min(longest)).map(|k| row(layers, combined, k)).collect();
+    if rows.is_empty() {
+        return;
+    }
+    let total = energy(combined);
+    let id = format!("{}-pyramid-{}", view.id, context.estimator_slug(entry.index));
+    m.tag("article", &[("id", &id), ("class", &"pyramid"), ("data-estimator", &entry.info.key)], |m| {
+        m.leaf("h4", &[], &entry.info.label);
+        if rows.iter().any(|r| r.images.iter().any(|i| i.1.is_some())) {
+            switch(m, &id);
+        }
+        let label = format!("pyramid of {}", entry.info.label);
+        let widest = rows.iter().map(|r| r.images.len()).max().unwrap_or(1);
+        let style = format!("--columns:{widest}");
+        m.tag(
+            "div",
+            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
+            |m| {
+                m.tag("div", &[("class", &"levels"), ("style", &style)], |m| {
+                    rows.iter().for_each(|r| level(m, view, entry, r, total));
+                });
+            },
+        );
+    });
+    let figure = figure(view, entry, &rows, total);
+    let slug = context.estimator_slug(entry.index);
+    context.figures.push((format!("{}-pyramid-{slug}", view.slug), figure));
+}
+
+fn row<'a>(layers: &'a LayeredImage, combined: &Image, length: u32) -> Row<'a> {
+    let images: Vec<_> = (0..=length)
+        .map(|s| {
+            let group = Group::Pair(s, length + 1 - s);
+            (layers.layer(&name(&group, true)), layers.layer(&name(&group, false)))
+        })
+        .collect();
+    let weighted: Vec<&Image> = images.iter().filter_map(|i| i.0).collect();
+    let sum: f64 = weighted.iter().map(|i| energy(i)).sum();
+    Row { length, stops: brightening(combined, &weighted), share: sum / energy(combined), images }
+}
+
+/// Whole stops that lift the brightest image of a row to where the combined image is, as seen by a high quantile of
+/// the luminance; never less than 0.
+fn brightening(combined: &Image, images: &[&Image]) -> i32 {
+    let bright = |i: &Image| {
+        let luminance: ScalarImage = i.luminance();
+        luminance.quantile(0.97)
+    };
+    let most = images.iter().map(|i| bright(i)).fold(0.0, f32::max);
+    let stops = (bright(combined) / most).log2().floor();
+    if stops.is_finite() { (stops as i32).clamp(0, MOST_STOPS) } else { 0 }
+}
+
+/// Two radio buttons; the style sheet shows the images that they name.
+fn switch(m: &mut Markup, id: &str) {
+    m.tag("fieldset", &[("class", &"switch")], |m| {
+        m.leaf("legend", &[], "contributions");
+        for (value, checked) in [("weighted", true), ("unweighted", false)] {
+            m.tag("label", &[], |m| {
+                let mut attributes: Vec<super::markup::Attribute> =
+                    vec![("type", &"radio"), ("name", &id), ("value", &value)];
+                if checked {
+                    attributes.push(("checked", &"checked"));
+                }
+                m.void("input", &attributes);
+                m.text(value);
+            });
+        }
+    });
+}
+
+fn multiplier(stops: i32) -> String {
+    if stops == 0 { "exposure ×1".into() } else { format!("exposure ×{} (+{stops} stops)", 1u32 << stops) }
+}
+
+fn level(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row, total: f64) {
+    m.tag("div", &[("class", &"level")], |m| {
+        m.tag("div", &[("class", &"level-name")], |m| {
+            m.leaf("b", &[], format!("k = {}", row.length));
+            m.leaf("span", &[], multiplier(row.stops));
+            m.leaf("span", &[], format!("{} of the energy", percent(row.share)));
+        });
+        m.tag("div", &[("class", &"level-images")], |m| {
+            for (s, (weighted, unweighted)) in row.images.iter().enumerate() {
+                let t = row.length as usize + 1 - s;
+                m.tag("figure", &[], |m| {
+                    one(m, view, entry, row, s as u32, *weighted, true);
+                    if unweighted.is_some() {
+                        one(m, view, entry, row, s as u32, *unweighted, false);
+                    }
+                    m.tag("figcaption", &[], |m| {
+                        m.leaf("span", &[], format!("s={s} t={t}"));
+                        if let Some(image) = weighted {
+                            m.leaf("span", &[("class", &"fact")], percent(energy(image) / total));
+                        }
+                    });
+                });
+            }
+        });
+    });
+    m.newline();
+}
+
+fn one(
+    m: &mut Markup,
+    view: &SceneView,
+    entry: &Entry,
+    row: &Row,
+    s: u32,
+    image: Option<&Image>,
+    weighted: bool,
+) {
+    let t = row.length + 1 - s;
+    let kind = if weighted { "weighted" } else { "unweighted" };
+    m.tag("div", &[("class", &format!("layer {kind}"))], |m| {
+        let picture = image.and_then(|i| Picture::of(i, view.scene.exposure + row.stops as f32, SIDE));
+        let alt = format!("{} of {}, s = {s}, t = {t}, {kind}", view.scene.label, entry.info.label);
+        let layer = name(&Group::Pair(s, t), weighted);
+        shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
+    });
+}
+
+/// What the images of the section are shrunk to, if they are.
+pub(super) fn size_note(view: &SceneView) -> String {
+    match factor(view.scene.width, view.scene.height, SIDE) {
+        1 => "Images at their size.".into(),
+        factor => format!("Images at 1/{factor} of their size; the EXR has them whole."),
+    }
+}
+
+fn figure(view: &SceneView, entry: &Entry, rows: &[Row], total: f64) -> String {
+    let mut montage = Montage::new(format!("{}: pyramid of {}", view.scene.label, entry.info.label), 120.0);
+    for (i, row) in rows.iter().enumerate() {
+        for (s, (weighted, _)) in row.images.iter().enumerate() {
+            let stops = view.scene.exposure + row.stops as f32;
+            let share = weighted.map_or(String::new(), |w| format!(": {}", percent(energy(w) / total)));
+            montage.push(
+                i,
+                Tile {
+                    picture: weighted.and_then(|i| Picture::of(i, stops, SIDE)),
+                    label: format!("s={s} t={}{share}", row.length as usize + 1 - s),
+                    fact: String::new(),
+                    pixelated: false,
+                },
+            );
+        }
+        montage.name_row(i, &format!("k = {}\n{}", row.length, multiplier(row.stops)));
+    }
+    montage.svg()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dim_rows_are_brightened_by_whole_stops() {
+        let grey = |v: f32| Image::from_fn(4, 4, |_, _| [v; 3]);
+        let combined = grey(1.0);
+        assert_eq!(brightening(&combined, &[&grey(0.24), &grey(0.1)]), 2);
+        assert_eq!(brightening(&combined, &[&grey(3.0)]), 0, "never darkened");
+        assert_eq!(brightening(&combined, &[&grey(0.0)]), 0, "black stays black");
+        assert_eq!(brightening(&combined, &[&grey(1e-30)]), MOST_STOPS);
+        assert_eq!(brightening(&grey(0.0), &[&grey(0.0)]), 0);
+        assert_eq!(brightening(&combined, &[]), 0);
+        assert_eq!(multiplier(2), "exposure ×4 (+2 stops)");
+    }
+}
