@@ -22,8 +22,21 @@ pub enum Command {
     Render(RenderArgs),
     /// Measure an image against a reference.
     Compare(CompareArgs),
+    /// Tell what is in a scene: shapes, triangles, materials, lights, extent, warnings.
+    Info(InfoArgs),
     /// List techniques and presets.
     Techniques,
+}
+
+/// `tyndall info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// A scene file, its folder, or the name of a folder in scenes/.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+    /// As JSON, for programs.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `tyndall run`.

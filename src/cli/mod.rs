@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod compare;
+pub mod info;
 pub mod parse;
 pub mod progress;
 pub mod render;
@@ -36,6 +37,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Run(args) => run::run(args),
         Command::Render(args) => render::run(args),
         Command::Compare(args) => compare(args),
+        Command::Info(args) => info::run(args),
         Command::Techniques => print(techniques::text()).map(|()| Ending::Done),
     }
 }

@@ -1,6 +1,7 @@
 //! The runtime scene: what transport asks.
 
 pub mod file;
+pub mod info;
 
 use crate::bsdf::Material;
 use crate::camera::Camera;
