@@ -12,5 +12,6 @@ mod collect;
 mod invariants;
 mod measure;
 mod oracle;
+mod our_scenes;
 mod scenes;
 mod weights;

@@ -139,6 +139,16 @@ impl Means {
         self.assert_sharp(what, difference, other.image.mean, detectable);
     }
 
+    /// The smallest relative bias of the image mean that a comparison with `other` sees.
+    pub fn detectable(&self, other: &Self) -> f64 {
+        self.image.minus(other.image).detectable() / other.image.mean
+    }
+
+    /// The relative difference of the image means.
+    pub fn difference(&self, other: &Self) -> f64 {
+        self.image.minus(other.image).mean / other.image.mean
+    }
+
     fn assert_sharp(&self, what: &str, estimate: Estimate, scale: f64, detectable: f64) {
         let smallest = estimate.detectable() / scale;
         assert!(
