@@ -8,6 +8,7 @@ use super::montage::{Montage, Tile};
 use super::numbers::{count, duration, percent, significant};
 use super::picture::{Picture, factor};
 use crate::experiment::results::{MetricInfo, Reference, ReferenceKind};
+use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
 use crate::film::{Image, ScalarImage};
 
@@ -17,15 +18,19 @@ const IMAGE_SIDE: usize = 1920;
 const MAP_SIDE: usize = 960;
 /// Images of the plain strip.
 const STRIP_SIDE: usize = 800;
+/// Images of up to so many columns are enlarged with visible pixels.
+const FEW_PIXELS: usize = 200;
 /// Colours of the frames of the enlarged parts, in the image and about the part.
 const CROP_COLORS: [&str; 4] = ["#e69f00", "#56b4e9", "#f0e442", "#cc79a7"];
 
-/// The default layers of a scene: the reference, and what one run of each estimator gives.
+/// The images of a scene: the reference, what one run of each estimator gives, and the maps of its error.
 pub(super) struct Images {
     /// The reference, where there is one that can be read.
     pub reference: Option<Image>,
     /// An image an estimator.
     pub estimates: Vec<Option<Image>>,
+    /// Error maps an estimator: a layer a metric.
+    pub maps: Vec<Option<LayeredImage>>,
 }
 
 impl Images {
@@ -34,7 +39,9 @@ impl Images {
         let mut default = |path: &str| context.load(path, view.scene).and_then(|i| i.layer("").cloned());
         let reference = view.scene.reference.as_ref().and_then(|r| default(&r.exr));
         let estimates = view.entries.iter().map(|e| default(&e.cell.files.exr)).collect();
-        Self { reference, estimates }
+        let map =
+            |e: &Entry| e.cell.files.error_exr.as_deref().and_then(|path| context.load(path, view.scene));
+        Self { reference, estimates, maps: view.entries.iter().map(map).collect() }
     }
 }
 
@@ -53,7 +60,7 @@ struct Column<'a> {
 /// The section of images.
 pub(super) fn section(context: &mut Context, view: &SceneView, images: &Images, m: &mut Markup) {
     let metric = main_metric(context, view);
-    let columns = columns(context, view, images, metric);
+    let columns = columns(view, images, metric);
     let (crops, origin) = crops(view, images);
     let scale = metric.map(|k| map_scale(k, view, columns.iter().filter_map(|c| c.map.as_ref())));
     let has_maps = columns.iter().any(|c| c.map.is_some());
@@ -81,7 +88,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, images: &Images, 
         if !crops.is_empty() {
             m.leaf("p", &[("class", &"note")], origin);
         }
-        other_maps(context, view, metric, m);
+        other_maps(context.results, view, images, metric, m);
     });
     if !crops.is_empty() {
         let figure = crops_figure(view, &columns, &crops);
@@ -137,12 +144,7 @@ fn main_metric<'a>(context: &Context<'a>, view: &SceneView) -> Option<&'a Metric
     metrics.iter().find(mapped).or(metrics.first()).filter(|_| view.scene.reference.is_some())
 }
 
-fn columns<'a>(
-    context: &mut Context,
-    view: &SceneView<'a>,
-    images: &'a Images,
-    metric: Option<&MetricInfo>,
-) -> Vec<Column<'a>> {
+fn columns<'a>(view: &SceneView<'a>, images: &'a Images, metric: Option<&MetricInfo>) -> Vec<Column<'a>> {
     let mut out = Vec::new();
     if let Some(reference) = &view.scene.reference {
         out.push(Column {
@@ -154,14 +156,14 @@ fn columns<'a>(
             map: None,
         });
     }
-    for (entry, image) in view.entries.iter().zip(&images.estimates) {
+    for ((entry, image), maps) in view.entries.iter().zip(&images.estimates).zip(&images.maps) {
         out.push(Column {
             label: &entry.info.label,
             facts: estimate_facts(entry, metric),
             exr: &entry.cell.files.exr,
             image: image.as_ref(),
             entry: Some(*entry),
-            map: metric.and_then(|k| error_map(context, view, entry, &k.key)),
+            map: metric.and_then(|k| error_map(maps.as_ref()?, &k.key)),
         });
     }
     out
@@ -270,6 +272,10 @@ pub(super) fn shown(
     view: &SceneView,
 ) {
     match picture {
+        // Few pixels are shown as what they are, not blurred into more.
+        Some(p) if view.scene.width <= FEW_PIXELS => {
+            p.img(m, alt, &[("class", &"pixels"), ("data-exr", &exr), ("data-layer", &layer)]);
+        }
         Some(p) => p.img(m, alt, &[("data-exr", &exr), ("data-layer", &layer)]),
         None => {
             let style = format!("aspect-ratio:{}/{}", view.scene.width.max(1), view.scene.height.max(1));

@@ -1,26 +1,20 @@
 //! Error maps: their scale, its colours, and the maps of the metrics beside the main one.
 
-use super::comparison::shown;
-use super::context::{Context, Entry, SceneView, estimate};
+use super::comparison::{Images, shown};
+use super::context::{SceneView, estimate};
 use super::markup::Markup;
 use super::numbers::significant;
 use super::picture::Picture;
-use crate::experiment::results::MetricInfo;
+use crate::experiment::results::{MetricInfo, Results};
 use crate::film::ScalarImage;
+use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
 
 /// Maps of the metrics beside the main one are at most so large.
 const SIDE: usize = 400;
 
-/// The map of a metric, from the estimator's EXR of maps.
-pub(super) fn error_map(
-    context: &mut Context,
-    view: &SceneView,
-    entry: &Entry,
-    key: &str,
-) -> Option<ScalarImage> {
-    let path = entry.cell.files.error_exr.as_deref()?;
-    let layers = context.load(path, view.scene)?;
+/// The map of a metric among the layers of an estimator's maps.
+pub(super) fn error_map(layers: &LayeredImage, key: &str) -> Option<ScalarImage> {
     let image = layers.layer(key)?;
     let values = image.pixels.iter().map(|p| p[0]).collect();
     Some(ScalarImage { width: image.width, height: image.height, values })
@@ -58,8 +52,13 @@ pub(super) fn color_bar(m: &mut Markup, metric: &MetricInfo, scale: f32) {
 }
 
 /// Maps of the other metrics, folded.
-pub(super) fn other_maps(context: &mut Context, view: &SceneView, main: Option<&MetricInfo>, m: &mut Markup) {
-    let results = context.results;
+pub(super) fn other_maps(
+    results: &Results,
+    view: &SceneView,
+    images: &Images,
+    main: Option<&MetricInfo>,
+    m: &mut Markup,
+) {
     let Some(main) = main else { return };
     let others: Vec<&MetricInfo> = results
         .metrics
@@ -77,8 +76,8 @@ pub(super) fn other_maps(context: &mut Context, view: &SceneView, main: Option<&
             m.leaf("h4", &[], format!("{}, from 0 to {}", metric.label, significant(f64::from(scale), 3)));
             let style = format!("--columns:{}", view.entries.len().max(3));
             m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
-                for entry in &view.entries {
-                    let map = error_map(context, view, entry, &metric.key);
+                for (entry, maps) in view.entries.iter().zip(&images.maps) {
+                    let map = maps.as_ref().and_then(|maps| error_map(maps, &metric.key));
                     let picture = map.and_then(|map| Picture::of_map(&map, Scale::Linear(scale), SIDE));
                     m.tag("figure", &[], |m| {
                         let alt = format!("{} of {}", metric.label, entry.info.label);

@@ -25,10 +25,10 @@ const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;
 /// The panel within the figure: left, top, right, bottom. To its right, the names of the curves.
 const PANEL: [f64; 4] = [72.0, 34.0, 500.0, 346.0];
-/// Characters of a name that fit beside the panel.
-const NAME_LENGTH: usize = 24;
-/// Height of a name with its remark.
-const LABEL_HEIGHT: f64 = 34.0;
+/// Characters of a line of a name that fit beside the panel.
+const NAME_LENGTH: usize = 22;
+/// Height of a line of a name, or of its remark.
+const LABEL_LINE: f64 = 15.0;
 const FONT: &str = "system-ui, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
 
 impl Plot {
@@ -245,9 +245,14 @@ impl Plot {
             .map(|c| c.mean.iter().rev().find(|p| drawable(p.x, p.y)).map(|p| axes.at(p.x, p.y)))
             .collect();
         let wanted: Vec<f64> = ends.iter().map(|e| e.map_or(bottom, |e| e.1)).collect();
+        let lines: Vec<Vec<String>> = self.curves.iter().map(|c| wrapped(&c.label, NAME_LENGTH)).collect();
+        let tallest = lines.iter().map(|l| l.len() + 1).max().unwrap_or(1) as f64;
         let room = (bottom - top + 40.0) / self.curves.len() as f64;
-        let places = spread(&wanted, top + 10.0, bottom + 20.0, LABEL_HEIGHT.min(room));
-        for ((curve, end), y) in self.curves.iter().zip(&ends).zip(places) {
+        // With many curves only the first line of each name fits; the page lists the slopes in a table too.
+        let all_fit = room >= LABEL_LINE * tallest + 3.0;
+        let height = if all_fit { LABEL_LINE * tallest + 3.0 } else { room.min(LABEL_LINE) };
+        let places = spread(&wanted, top + 10.0, bottom + 50.0 - height, height);
+        for (((curve, end), y), lines) in self.curves.iter().zip(&ends).zip(places).zip(&lines) {
             let color = ink.series(curve.series, &curve.color);
             if let Some(end) = end {
                 let path = format!(
@@ -265,31 +270,20 @@ impl Plot {
             }
             m.void("path", &[("d", &marker(curve.series, right + 21.0, y)), ("fill", &color)]);
             let x = right + 31.0;
-            m.tag(
-                "text",
-                &[
-                    ("x", &x),
-                    ("y", &Px(y + 4.5)),
-                    ("font-size", &12),
-                    ("font-weight", &600),
-                    ("fill", &color),
-                ],
-                |m| {
-                    m.leaf("title", &[], &curve.label);
-                    m.text(shortened(&curve.label, NAME_LENGTH));
-                },
-            );
-            let remark = if end.is_some() { curve.remark.as_str() } else { "nothing to draw" };
-            // With many curves only the names fit; the page lists the slopes in a table too.
-            if room >= LABEL_HEIGHT {
+            let shown = if all_fit { lines.as_slice() } else { &lines[..1] };
+            let mut y = y + 4.5;
+            for line in shown {
+                let attributes: [super::markup::Attribute; 5] =
+                    [("x", &x), ("y", &Px(y)), ("font-size", &12), ("font-weight", &600), ("fill", &color)];
+                m.leaf("text", &attributes, line);
+                y += LABEL_LINE;
+            }
+            if all_fit {
+                let remark = if end.is_some() { curve.remark.as_str() } else { "nothing to draw" };
+                let quiet = ink.color(Role::Quiet);
                 m.leaf(
                     "text",
-                    &[
-                        ("x", &x),
-                        ("y", &Px(y + 19.0)),
-                        ("font-size", &11.5),
-                        ("fill", &ink.color(Role::Quiet)),
-                    ],
+                    &[("x", &x), ("y", &Px(y - 0.5)), ("font-size", &11.5), ("fill", &quiet)],
                     remark,
                 );
             }
@@ -324,6 +318,27 @@ fn frame(m: &mut Markup, ink: Ink) {
             ("stroke", &ink.color(Role::Quiet)),
         ],
     );
+}
+
+/// A name on one line or two, broken between words; cut where it is longer.
+fn wrapped(name: &str, length: usize) -> Vec<String> {
+    if name.chars().count() <= length {
+        return vec![name.to_owned()];
+    }
+    let mut first = String::new();
+    for word in name.split_whitespace() {
+        if !first.is_empty() && first.chars().count() + 1 + word.chars().count() > length {
+            break;
+        }
+        if !first.is_empty() {
+            first.push(' ');
+        }
+        first.push_str(word);
+    }
+    // As many words as went to the first line.
+    let rest: Vec<&str> = name.split_whitespace().skip(first.split_whitespace().count()).collect();
+    let lines = [first, rest.join(" ")];
+    lines.iter().filter(|l| !l.is_empty()).map(|l| shortened(l, length)).collect()
 }
 
 /// Positions near the wanted ones, at least `gap` apart, within `low` and `high` where they fit.
@@ -411,6 +426,28 @@ mod tests {
         for value in svg.split(['"', ' ', 'L', 'M']).filter_map(|s| s.parse::<f64>().ok()) {
             assert!((-70.0..=800.0).contains(&value), "{value} is off the figure");
         }
+    }
+
+    #[test]
+    fn long_names_take_two_lines() {
+        assert_eq!(wrapped("path tracing", 22), ["path tracing"]);
+        assert_eq!(wrapped("bidirectional path tracing", 22), ["bidirectional path", "tracing"]);
+        assert_eq!(wrapped("x".repeat(30).as_str(), 5), ["xxxx…"]);
+        assert_eq!(wrapped("one two three four five six seven", 9), ["one two", "three fo…"]);
+        assert_eq!(wrapped("", 9), [""]);
+    }
+
+    #[test]
+    fn many_curves_keep_their_names_apart() {
+        let curves: Vec<Curve> = (0..14).map(|i| curve(&format!("estimator number {i}"), i, 1.0)).collect();
+        let svg = plot(curves).svg(Ink::Paper);
+        let names = svg.split("<text ").filter(|t| t.contains(">estimator number"));
+        let mut ys: Vec<f64> = names
+            .map(|t| t.split("y=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap())
+            .collect();
+        ys.sort_by(f64::total_cmp);
+        assert_eq!(ys.len(), 14);
+        assert!(ys.windows(2).all(|w| w[1] - w[0] > 13.9) && ys[13] < HEIGHT, "{ys:?}");
     }
 
     #[test]

@@ -5,10 +5,11 @@ use super::context::{Context, Entry, SceneView};
 use super::layers::{Group, energy, longest_pair, name};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
-use super::numbers::percent;
+use super::numbers::{percent, plural};
 use super::picture::{Picture, factor};
 use crate::film::exr::LayeredImage;
 use crate::film::{Image, ScalarImage};
+use rayon::prelude::*;
 
 /// Images are at most so large.
 const SIDE: usize = 224;
@@ -16,14 +17,22 @@ const SIDE: usize = 224;
 const MOST_STOPS: i32 = 16;
 
 /// The paths of one length.
-struct Row<'a> {
+struct Row {
     length: u32,
-    /// By s, from 0: weighted and unweighted.
-    images: Vec<(Option<&'a Image>, Option<&'a Image>)>,
+    /// By s, from 0.
+    cells: Vec<Cell>,
     /// Stops by which the row is brighter than the page's exposure.
     stops: i32,
     /// Share of the combined image's energy.
     share: f64,
+}
+
+/// The paths of one (s, t).
+struct Cell {
+    /// Weighted and unweighted.
+    pictures: [Option<Picture>; 2],
+    /// Share of the combined image's energy, where there is a weighted layer.
+    share: Option<f64>,
 }
 
 /// The pyramid of an estimator with (s, t) layers, for paths of `lengths` segments; nothing for others.
@@ -36,46 +45,47 @@ pub(super) fn pyramid(
     m: &mut Markup,
 ) {
     let Some((combined, longest)) = layers.layer("").zip(longest_pair(layers)) else { return };
-    let rows: Vec<Row> =
-        (lengths[0].max(1)..=lengths[1].min(longest)).map(|k| row(layers, combined, k)).collect();
+    let rows: Vec<Row> = (lengths[0].max(1)..=lengths[1].min(longest))
+        .map(|k| row(layers, combined, k, view.scene.exposure))
+        .collect();
     if rows.is_empty() {
         return;
     }
-    let total = energy(combined);
     let id = format!("{}-pyramid-{}", view.id, context.estimator_slug(entry.index));
     m.tag("article", &[("id", &id), ("class", &"pyramid"), ("data-estimator", &entry.info.key)], |m| {
         m.leaf("h4", &[], &entry.info.label);
-        if rows.iter().any(|r| r.images.iter().any(|i| i.1.is_some())) {
+        if rows.iter().any(|r| r.cells.iter().any(|c| c.pictures[1].is_some())) {
             switch(m, &id);
         }
         let label = format!("pyramid of {}", entry.info.label);
-        let widest = rows.iter().map(|r| r.images.len()).max().unwrap_or(1);
+        let widest = rows.iter().map(|r| r.cells.len()).max().unwrap_or(1);
         let style = format!("--columns:{widest}");
         m.tag(
             "div",
             &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
             |m| {
                 m.tag("div", &[("class", &"levels"), ("style", &style)], |m| {
-                    rows.iter().for_each(|r| level(m, view, entry, r, total));
+                    rows.iter().for_each(|r| level(m, view, entry, r));
                 });
             },
         );
     });
-    let figure = figure(view, entry, &rows, total);
+    let figure = figure(view, entry, &rows);
     let slug = context.estimator_slug(entry.index);
     context.figures.push((format!("{}-pyramid-{slug}", view.slug), figure));
 }
 
-fn row<'a>(layers: &'a LayeredImage, combined: &Image, length: u32) -> Row<'a> {
-    let images: Vec<_> = (0..=length)
-        .map(|s| {
-            let group = Group::Pair(s, length + 1 - s);
-            (layers.layer(&name(&group, true)), layers.layer(&name(&group, false)))
-        })
-        .collect();
-    let weighted: Vec<&Image> = images.iter().filter_map(|i| i.0).collect();
-    let sum: f64 = weighted.iter().map(|i| energy(i)).sum();
-    Row { length, stops: brightening(combined, &weighted), share: sum / energy(combined), images }
+fn row(layers: &LayeredImage, combined: &Image, length: u32, exposure: f32) -> Row {
+    let layer = |s: u32, weighted: bool| layers.layer(&name(&Group::Pair(s, length + 1 - s), weighted));
+    let weighted: Vec<&Image> = (0..=length).filter_map(|s| layer(s, true)).collect();
+    let stops = brightening(combined, &weighted);
+    let total = energy(combined);
+    let cell = |s: u32| {
+        let show = |w: bool| Picture::of(layer(s, w)?, exposure + stops as f32, SIDE);
+        Cell { pictures: [show(true), show(false)], share: layer(s, true).map(|i| energy(i) / total) }
+    };
+    let cells: Vec<Cell> = (0..=length).into_par_iter().map(cell).collect();
+    Row { length, stops, share: cells.iter().filter_map(|c| c.share).sum(), cells }
 }
 
 /// Whole stops that lift the brightest image of a row to where the combined image is, as seen by a high quantile of
@@ -108,29 +118,31 @@ fn switch(m: &mut Markup, id: &str) {
     });
 }
 
-fn multiplier(stops: i32) -> String {
-    if stops == 0 { "exposure ×1".into() } else { format!("exposure ×{} (+{stops} stops)", 1u32 << stops) }
+/// The exposure of a row against that of the page, on two lines.
+fn multiplier(stops: i32) -> Vec<String> {
+    let factor = format!("exposure ×{}", 1u32 << stops);
+    if stops == 0 { vec![factor] } else { vec![factor, format!("(+{})", plural(stops as u64, "stop"))] }
 }
 
-fn level(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row, total: f64) {
+fn level(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row) {
     m.tag("div", &[("class", &"level")], |m| {
         m.tag("div", &[("class", &"level-name")], |m| {
             m.leaf("b", &[], format!("k = {}", row.length));
-            m.leaf("span", &[], multiplier(row.stops));
+            multiplier(row.stops).iter().for_each(|t| m.leaf("span", &[], t));
             m.leaf("span", &[], format!("{} of the energy", percent(row.share)));
         });
         m.tag("div", &[("class", &"level-images")], |m| {
-            for (s, (weighted, unweighted)) in row.images.iter().enumerate() {
+            for (s, cell) in row.cells.iter().enumerate() {
                 let t = row.length as usize + 1 - s;
                 m.tag("figure", &[], |m| {
-                    one(m, view, entry, row, s as u32, *weighted, true);
-                    if unweighted.is_some() {
-                        one(m, view, entry, row, s as u32, *unweighted, false);
+                    one(m, view, entry, row, s, true);
+                    if cell.pictures[1].is_some() {
+                        one(m, view, entry, row, s, false);
                     }
                     m.tag("figcaption", &[], |m| {
                         m.leaf("span", &[], format!("s={s} t={t}"));
-                        if let Some(image) = weighted {
-                            m.leaf("span", &[("class", &"fact")], percent(energy(image) / total));
+                        if let Some(share) = cell.share {
+                            m.leaf("span", &[("class", &"fact")], percent(share));
                         }
                     });
                 });
@@ -140,22 +152,14 @@ fn level(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row, total: f64)
     m.newline();
 }
 
-fn one(
-    m: &mut Markup,
-    view: &SceneView,
-    entry: &Entry,
-    row: &Row,
-    s: u32,
-    image: Option<&Image>,
-    weighted: bool,
-) {
-    let t = row.length + 1 - s;
+fn one(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row, s: usize, weighted: bool) {
     let kind = if weighted { "weighted" } else { "unweighted" };
+    let group = Group::Pair(s as u32, row.length + 1 - s as u32);
+    let layer = name(&group, weighted);
     m.tag("div", &[("class", &format!("layer {kind}"))], |m| {
-        let picture = image.and_then(|i| Picture::of(i, view.scene.exposure + row.stops as f32, SIDE));
-        let alt = format!("{} of {}, s = {s}, t = {t}, {kind}", view.scene.label, entry.info.label);
-        let layer = name(&Group::Pair(s, t), weighted);
-        shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
+        let alt = format!("{} of {}, {layer}", view.scene.label, entry.info.label);
+        let picture = row.cells[s].pictures[usize::from(!weighted)].as_ref();
+        shown(m, picture, &alt, &entry.cell.files.mean_exr, &layer, view);
     });
 }
 
@@ -167,23 +171,16 @@ pub(super) fn size_note(view: &SceneView) -> String {
     }
 }
 
-fn figure(view: &SceneView, entry: &Entry, rows: &[Row], total: f64) -> String {
+fn figure(view: &SceneView, entry: &Entry, rows: &[Row]) -> String {
     let mut montage = Montage::new(format!("{}: pyramid of {}", view.scene.label, entry.info.label), 120.0);
     for (i, row) in rows.iter().enumerate() {
-        for (s, (weighted, _)) in row.images.iter().enumerate() {
-            let stops = view.scene.exposure + row.stops as f32;
-            let share = weighted.map_or(String::new(), |w| format!(": {}", percent(energy(w) / total)));
-            montage.push(
-                i,
-                Tile {
-                    picture: weighted.and_then(|i| Picture::of(i, stops, SIDE)),
-                    label: format!("s={s} t={}{share}", row.length as usize + 1 - s),
-                    fact: String::new(),
-                    pixelated: false,
-                },
-            );
+        for (s, cell) in row.cells.iter().enumerate() {
+            let share = cell.share.map_or(String::new(), |share| format!(": {}", percent(share)));
+            let label = format!("s={s} t={}{share}", row.length as usize + 1 - s);
+            let picture = cell.pictures[0].clone();
+            montage.push(i, Tile { picture, label, fact: String::new(), pixelated: false });
         }
-        montage.name_row(i, &format!("k = {}\n{}", row.length, multiplier(row.stops)));
+        montage.name_row(i, &format!("k = {}\n{}", row.length, multiplier(row.stops).join("\n")));
     }
     montage.svg()
 }
@@ -202,6 +199,6 @@ mod tests {
         assert_eq!(brightening(&combined, &[&grey(1e-30)]), MOST_STOPS);
         assert_eq!(brightening(&grey(0.0), &[&grey(0.0)]), 0);
         assert_eq!(brightening(&combined, &[]), 0);
-        assert_eq!(multiplier(2), "exposure ×4 (+2 stops)");
+        assert_eq!(multiplier(2).join(" "), "exposure ×4 (+2 stops)");
     }
 }

@@ -43,14 +43,6 @@ fn columns(context: &Context, view: &SceneView) -> Vec<Column> {
         .collect();
     let each = |f: &dyn Fn(&Cell) -> String| view.entries.iter().map(|e| f(e.cell)).collect::<Vec<_>>();
     let optional = |e: Option<Estimate>| e.map_or_else(|| "–".into(), |e| estimate(&e));
-    if view.entries.iter().any(|e| e.cell.variance.is_some()) {
-        out.push(Column {
-            heading: "variance".into(),
-            about: "mean squared difference of a run from the mean of all runs, per pixel and channel".into(),
-            texts: each(&|c| optional(c.variance)),
-            best: None,
-        });
-    }
     out.push(Column {
         heading: "spp".into(),
         about: "samples per pixel of a run".into(),
@@ -64,6 +56,14 @@ fn columns(context: &Context, view: &SceneView) -> Vec<Column> {
         best: None,
     });
     out.extend(efficiency_columns(view));
+    if view.entries.iter().any(|e| e.cell.variance.is_some()) {
+        out.push(Column {
+            heading: "variance".into(),
+            about: "mean squared difference of a run from the mean of all runs, per pixel and channel".into(),
+            texts: each(&|c| optional(c.variance)),
+            best: None,
+        });
+    }
     out
 }
 
@@ -205,7 +205,8 @@ fn note(view: &SceneView) -> String {
     let runs = if least == most { format!("{most} runs") } else { format!("{least} to {most} runs") };
     format!(
         "Means over {runs}, with 95% confidence intervals of the mean. The best is bold where Welch's t-test tells it from \
-         every other at 5% in all (Šidák); else the last line lists those that cannot be told apart."
+         every other at 5% in all (Šidák); else the last line lists those that cannot be told apart. The interval of a ratio of efficiencies (Fieller) \
+         is for that one comparison alone."
     )
 }
 

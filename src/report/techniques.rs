@@ -10,6 +10,7 @@ use super::picture::{Picture, factor};
 use crate::film::Image;
 use crate::film::exr::LayeredImage;
 use crate::transport::technique::{TECHNIQUES, TechniqueInfo};
+use rayon::prelude::*;
 
 /// Images of the strip are at most so large; the combined one twice that.
 const SIDE: usize = 400;
@@ -20,6 +21,8 @@ struct Row<'a> {
     info: Option<&'static TechniqueInfo>,
     weighted: Option<&'a Image>,
     unweighted: Option<&'a Image>,
+    /// Both as they are shown.
+    pictures: [Option<Picture>; 2],
     /// Share of the combined image's energy.
     share: f64,
 }
@@ -51,22 +54,24 @@ pub(super) fn strip(
     let keys = families(layers);
     let Some(combined) = layers.layer("").filter(|_| !keys.is_empty()) else { return };
     let total = energy(combined);
+    let stops = view.scene.exposure;
     let rows: Vec<Row> = keys
-        .into_iter()
+        .into_par_iter()
         .map(|key| {
             let group = Group::Family(key.clone());
             let weighted = layers.layer(&name(&group, true));
+            let unweighted = layers.layer(&name(&group, false));
             Row {
                 info: TECHNIQUES.iter().find(|t| t.key == key),
-                unweighted: layers.layer(&name(&group, false)),
+                pictures: [weighted, unweighted].map(|i| Picture::of(i?, stops, SIDE)),
                 share: weighted.map_or(f64::NAN, |i| energy(i) / total),
                 weighted,
+                unweighted,
                 key,
             }
         })
         .collect();
     let id = format!("{}-techniques-{}", view.id, context.estimator_slug(entry.index));
-    let stops = view.scene.exposure;
     m.tag("article", &[("id", &id), ("class", &"strip"), ("data-estimator", &entry.info.key)], |m| {
         m.leaf("h4", &[], &entry.info.label);
         m.tag("div", &[("class", &"strip-body")], |m| {
@@ -82,7 +87,7 @@ pub(super) fn strip(
             });
             m.tag("div", &[("class", &"strip-rows")], |m| {
                 images_row(m, view, entry, &rows, true);
-                if rows.iter().any(|r| r.unweighted.is_some()) {
+                if shows_unweighted(&rows) {
                     images_row(m, view, entry, &rows, false);
                 }
             });
@@ -91,6 +96,11 @@ pub(super) fn strip(
     let figure = figure(entry, view, combined, &rows);
     let slug = context.estimator_slug(entry.index);
     context.figures.push((format!("{}-techniques-{slug}", view.slug), figure));
+}
+
+/// A technique that is alone has weight 1: both images are the same.
+fn shows_unweighted(rows: &[Row]) -> bool {
+    rows.len() > 1 && rows.iter().any(|r| r.unweighted.is_some())
 }
 
 /// Says so where images are shrunk.
@@ -126,8 +136,7 @@ fn images_row(m: &mut Markup, view: &SceneView, entry: &Entry, rows: &[Row], wei
         });
         m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
             for row in rows {
-                let image = if weighted { row.weighted } else { row.unweighted };
-                let picture = image.and_then(|i| Picture::of(i, view.scene.exposure, SIDE));
+                let picture = &row.pictures[usize::from(!weighted)];
                 m.tag("figure", &[("data-technique", &row.key)], |m| {
                     let layer = name(&Group::Family(row.key.clone()), weighted);
                     let alt = format!("{} of {}, {title}", row.label(), entry.info.label);
@@ -157,22 +166,22 @@ fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row]) -> St
     let mut montage =
         Montage::new(format!("{}: techniques of {}", view.scene.label, entry.info.label), 170.0);
     let stops = view.scene.exposure;
-    let tile = |image: Option<&Image>, label: &str, fact: String| Tile {
-        picture: image.and_then(|i| Picture::of(i, stops, SIDE)),
+    let tile = |picture: Option<Picture>, label: &str, fact: String| Tile {
+        picture,
         label: label.to_owned(),
         fact,
         pixelated: false,
     };
-    montage.push(0, tile(Some(combined), &entry.info.label, String::new()));
+    montage.push(0, tile(Picture::of(combined, stops, SIDE), &entry.info.label, String::new()));
     for row in rows {
-        montage.push(1, tile(row.weighted, row.label(), energy_text(row.share)));
+        montage.push(1, tile(row.pictures[0].clone(), row.label(), energy_text(row.share)));
     }
     montage.name_row(1, "weighted");
-    if rows.iter().any(|r| r.unweighted.is_some()) {
+    if shows_unweighted(rows) {
         for row in rows {
             let fact =
                 row.mean_weight().map_or(String::new(), |w| format!("mean weight {}", significant(w, 2)));
-            montage.push(2, tile(row.unweighted, row.label(), fact));
+            montage.push(2, tile(row.pictures[1].clone(), row.label(), fact));
         }
         montage.name_row(2, "unweighted");
     }
