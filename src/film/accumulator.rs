@@ -24,12 +24,34 @@ pub struct Sample {
 }
 
 /// A sample whose pixel is not the one being traced (light tracing), kept until it can be added in order.
+/// Packed, as an iteration keeps a few for each light subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
     /// Pixel, counted along the rows of the crop window.
     pub pixel: u32,
-    /// What falls on it.
-    pub sample: Sample,
+    contribution: [f32; 3],
+    weight: f32,
+    s: u16,
+    t: u16,
+    technique: Technique,
+}
+
+const _: () = assert!(size_of::<Splat>() == 28 && crate::transport::settings::MAX_LENGTH < u16::MAX as u32);
+
+impl Splat {
+    /// The sample on `pixel`.
+    #[inline]
+    pub fn new(pixel: u32, sample: &Sample) -> Self {
+        let Sample { technique, s, t, contribution, weight } = *sample;
+        Self { pixel, contribution: contribution.to_array(), weight, s: s as u16, t: t as u16, technique }
+    }
+
+    /// What falls on the pixel.
+    #[inline]
+    pub fn sample(&self) -> Sample {
+        let Self { technique, contribution, weight, .. } = *self;
+        Sample { technique, s: self.s.into(), t: self.t.into(), contribution: contribution.into(), weight }
+    }
 }
 
 /// Rows in a band: the unit of parallel work on a film. A constant, so that sums never depend on the threads.

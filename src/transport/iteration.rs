@@ -85,7 +85,7 @@ impl<'a> Renderer<'a> {
         film.for_each_band(|band| {
             for chunk in chunks {
                 for splat in &chunk.splats[band.index] {
-                    band.record(splat.pixel as usize - band.first_pixel(), &splat.sample);
+                    band.record(splat.pixel as usize - band.first_pixel(), &splat.sample());
                 }
             }
             if camera {
@@ -171,7 +171,7 @@ impl Sink for SplatSink<'_> {
         let y = (pixel.y as usize).wrapping_sub(self.window.origin[1] as usize);
         if x < self.window.width && y < self.window.height {
             let pixel = (y * self.window.width + x) as u32;
-            self.splats[y / BAND_ROWS].push(Splat { pixel, sample: *sample });
+            self.splats[y / BAND_ROWS].push(Splat::new(pixel, sample));
         }
     }
 }
