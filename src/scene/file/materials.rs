@@ -1,10 +1,10 @@
 //! Materials of a scene file.
 
 use super::context::Context;
-use super::schema::{ConductorDef, DielectricDef, LayeredDef, MaterialDef, Named};
+use super::schema::{ConductorDef, DielectricDef, LayeredDef, MaskingKind, MaterialDef, Named};
 use super::source::Span;
 use super::textures::Textures;
-use crate::bsdf::{Conductor, Dielectric, Diffuse, Layered, Material, Mirror, Phong, metals};
+use crate::bsdf::{Conductor, Dielectric, Diffuse, Layered, Masking, Material, Mirror, Phong, metals};
 use crate::error::Result;
 use crate::math::Rgb;
 use toml::Spanned;
@@ -138,6 +138,7 @@ fn conductor(
         (None, None, None) if def.reflectance.is_some() => Conductor::without_fresnel(roughness, tint),
         _ => Err("a conductor has either `metal`, or both `eta` and `k`, or `reflectance` alone".into()),
     };
+    let built = built.map(|conductor| conductor.with_masking(masking(def.masking)));
     context.at(span, built).map(Material::Conductor)
 }
 
@@ -157,7 +158,15 @@ fn dielectric(
     let built = built.map_err(|e| {
         e.replace("int_ior", "ior").replace("ext_ior", "exterior_ior").replace("alpha", "roughness")
     });
+    let built = built.map(|dielectric| dielectric.with_masking(masking(def.masking)));
     context.at(span, built).map(Material::Dielectric)
+}
+
+fn masking(kind: MaskingKind) -> Masking {
+    match kind {
+        MaskingKind::Correlated => Masking::Correlated,
+        MaskingKind::Separable => Masking::Separable,
+    }
 }
 
 /// A sum of materials that are not sums themselves; marks them as used.

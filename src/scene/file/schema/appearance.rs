@@ -122,8 +122,8 @@ pub struct MirrorDef {
     pub reflectance: Option<Spanned<Albedo>>,
 }
 
-/// `conductor = { metal, roughness, reflectance }`, or with `eta` and `k` instead of `metal`; with `reflectance`
-/// alone it reflects that from every direction, without Fresnel's formula.
+/// `conductor = { metal, roughness, masking, reflectance }`, or with `eta` and `k` instead of `metal`; with
+/// `reflectance` alone it reflects that from every direction, without Fresnel's formula.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct ConductorDef {
@@ -135,11 +135,14 @@ pub struct ConductorDef {
     pub k: Option<Color>,
     /// GGX's α, from 0 to 1; default 0: smooth.
     pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how masking and shadowing go together; default `correlated`.
+    #[serde(default)]
+    pub masking: MaskingKind,
     /// Multiplies what is reflected; default 1.
     pub reflectance: Option<Spanned<Albedo>>,
 }
 
-/// `dielectric = { ior, exterior_ior, roughness, reflectance, transmittance }`.
+/// `dielectric = { ior, exterior_ior, roughness, masking, reflectance, transmittance }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct DielectricDef {
@@ -149,10 +152,24 @@ pub struct DielectricDef {
     pub exterior_ior: Option<Positive>,
     /// GGX's α, from 0 to 1; default 0: smooth.
     pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how masking and shadowing go together; default `correlated`.
+    #[serde(default)]
+    pub masking: MaskingKind,
     /// Multiplies what is reflected; default 1, which is physical.
     pub reflectance: Option<Spanned<Albedo>>,
     /// Multiplies what is transmitted; default 1, which is physical.
     pub transmittance: Option<Spanned<Albedo>>,
+}
+
+/// How masking and shadowing of a rough surface's facets go together.
+#[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum MaskingKind {
+    /// By the facet's height, which they share.
+    #[default]
+    Correlated,
+    /// Independently, as other renderers have it; for comparison with them.
+    Separable,
 }
 
 /// `phong = { diffuse, specular, exponent }`.
