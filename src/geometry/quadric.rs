@@ -34,7 +34,7 @@ pub struct Disc {
 impl Sphere {
     /// The nearest distance in (0, `t_max`) at which a ray meets the sphere.
     #[inline]
-    pub(super) fn hit(&self, origin: DVec3, dir: DVec3, t_max: f64) -> Option<f64> {
+    pub(super) fn hit(&self, (origin, dir): (DVec3, DVec3), t_max: f64) -> Option<f64> {
         let radius2 = f64::from(self.radius).powi(2);
         let from_centre = origin - self.centre.as_dvec3();
         let a = dir.length_squared();
@@ -119,7 +119,7 @@ impl Sphere {
 impl Disc {
     /// The distance in (0, `t_max`) at which a ray meets the disc.
     #[inline]
-    pub(super) fn hit(&self, origin: DVec3, dir: DVec3, t_max: f64) -> Option<f64> {
+    pub(super) fn hit(&self, (origin, dir): (DVec3, DVec3), t_max: f64) -> Option<f64> {
         let n = self.normal.as_dvec3();
         let to_centre = self.centre.as_dvec3() - origin;
         let height = to_centre.dot(n);

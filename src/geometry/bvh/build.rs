@@ -56,10 +56,10 @@ impl Bvh {
         ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
         let mut builder = Builder { tree: &tree, primitives, plans: Vec::new(), bvh: Self::default() };
         builder.plan();
-        let depth = builder.node(0).1;
+        let stack = builder.node(0).1;
         let mut bvh = builder.bvh;
-        // Each level leaves up to three siblings behind.
-        bvh.stack = 3 * depth + 1;
+        // One more is written in vain.
+        bvh.stack = stack + 1;
         bvh.bounds = bounds;
         bvh
     }
@@ -153,7 +153,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Write an inner node for `n`; its index and depth.
+    /// Write an inner node for `n`; its index, and how many entries a traversal from it can come to hold.
     fn node(&mut self, n: usize) -> (usize, usize) {
         let index = self.bvh.nodes.len();
         let empty = [Vec4::INFINITY, Vec4::NEG_INFINITY];
@@ -164,14 +164,16 @@ impl Builder<'_> {
         } else {
             self.roots(n, 4, true, &mut roots);
         }
-        let mut depth = 0;
+        // Each step down leaves the node's other children on the stack.
+        let siblings = roots.len() - 1;
+        let mut deepest = 0;
         for (place, root) in roots.into_iter().enumerate() {
             let aabb = *self.tree.nodes[root].aabb();
             let child = if self.plans[root].leaf {
                 self.leaf(root)
             } else {
                 let (child, below) = self.node(root);
-                depth = depth.max(below);
+                deepest = deepest.max(below);
                 Child::new(Child::NODE, child)
             };
             let node = &mut self.bvh.nodes[index];
@@ -181,7 +183,7 @@ impl Builder<'_> {
                 node.bounds[axis][1][place] = aabb.max[axis];
             }
         }
-        (index, depth + 1)
+        (index, deepest + siblings)
     }
 
     /// Write the primitives under `n` as one leaf.

@@ -40,6 +40,7 @@ impl Child {
     const DISC: u32 = 3;
     const NONE: Self = Self(0);
 
+    #[inline]
     fn new(kind: u32, index: usize) -> Self {
         debug_assert!(index < 1 << INDEX_BITS);
         Self(kind << INDEX_BITS | index as u32)
@@ -117,16 +118,16 @@ mod tests {
         /// Distance of the closest hit, by all leaves one by one.
         pub(in super::super) fn closest_of_all(&self, ray: &Ray) -> Option<f32> {
             let shear = Shear::new(ray);
-            let (o, d) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+            let line = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
             let mut t = ray.t_max;
             for block in &self.blocks {
                 t = block.hit(ray, &shear, t).map_or(t, |h| h.0);
             }
             for (sphere, _) in &self.spheres {
-                t = sphere.hit(o, d, f64::from(t)).map_or(t, |h| h as f32);
+                t = sphere.hit(line, f64::from(t)).map_or(t, |h| h as f32);
             }
             for (disc, _) in &self.discs {
-                t = disc.hit(o, d, f64::from(t)).map_or(t, |h| h as f32);
+                t = disc.hit(line, f64::from(t)).map_or(t, |h| h as f32);
             }
             (t < ray.t_max).then_some(t)
         }

@@ -3,10 +3,10 @@
 use super::super::ray::Ray;
 use super::super::triangle::Shear;
 use super::{Bvh, Child, Found, Leaf, Node};
-use glam::{DVec3, Vec2, Vec3A, Vec4};
+use glam::{Vec2, Vec3A, Vec4};
 
-/// Entries that a traversal keeps on the machine's stack; a tree that needs more takes them from the heap.
-const STACK: usize = 64;
+/// Entries of the stack from here up are boxes that the ray misses.
+const MISSED: u64 = (u32::MAX as u64) << 32;
 
 /// What of a ray the tests of boxes need.
 ///
@@ -21,8 +21,6 @@ pub(in super::super) struct Query {
     /// Which of a box's two bounds is the near one.
     sign: [usize; 3],
     shear: Shear,
-    origin: DVec3,
-    dir: DVec3,
 }
 
 impl Bvh {
@@ -42,8 +40,6 @@ impl Bvh {
             inverse: inverse.map(Vec4::splat),
             sign: inverse.map(|i| usize::from(i < 0.0)),
             shear: Shear::new(ray),
-            origin: ray.origin.as_dvec3(),
-            dir: ray.dir.as_dvec3(),
         }
     }
 
@@ -66,14 +62,16 @@ impl Bvh {
         if self.nodes.is_empty() {
             return false;
         }
-        if self.stack <= STACK {
-            self.walk_with::<ANY>(ray, found, &mut [0; STACK])
-        } else {
-            self.walk_deep::<ANY>(ray, found)
+        // Clearing a stack takes time, beside a query in a small scene.
+        match self.stack {
+            0..=16 => self.walk_with::<ANY>(ray, found, &mut [0; 16]),
+            17..=48 => self.walk_with::<ANY>(ray, found, &mut [0; 48]),
+            49..=128 => self.walk_with::<ANY>(ray, found, &mut [0; 128]),
+            _ => self.walk_deep::<ANY>(ray, found),
         }
     }
 
-    /// For trees of unusual depth.
+    /// For trees of unusual depth: a stack on the heap.
     #[cold]
     #[inline(never)]
     fn walk_deep<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
@@ -90,14 +88,14 @@ impl Bvh {
         let mut current = Child::new(Child::NODE, 0);
         loop {
             if current.kind() == Child::NODE {
-                let mut entries = [0; 4];
-                let count = self.nodes[current.index()].enter(&query, found.t, &mut entries);
-                if count > 0 {
-                    sort(&mut entries, count);
-                    for entry in entries[1..count].iter().rev() {
-                        stack[top] = *entry;
-                        top += 1;
-                    }
+                let mut entries = self.nodes[current.index()].enter(&query, found.t);
+                sort(&mut entries);
+                // Without branches: what is pushed in vain is written over.
+                for entry in entries[1..].iter().rev() {
+                    stack[top] = *entry;
+                    top += usize::from(*entry < MISSED);
+                }
+                if entries[0] < MISSED {
                     current = Child(entries[0] as u32);
                     continue;
                 }
@@ -126,10 +124,11 @@ impl Bvh {
     fn test(&self, child: Child, ray: &Ray, query: &Query, found: &mut Found) -> bool {
         let round = |t: Option<f64>| t.map(|t| (t as f32, 0, Vec2::ZERO));
         let limit = f64::from(found.t);
+        let line = || (ray.origin.as_dvec3(), ray.dir.as_dvec3());
         let hit = match child.leaf() {
             Leaf::Block(i) => self.blocks[i].hit(ray, &query.shear, found.t),
-            Leaf::Sphere(i) => round(self.spheres[i].0.hit(query.origin, query.dir, limit)),
-            Leaf::Disc(i) => round(self.discs[i].0.hit(query.origin, query.dir, limit)),
+            Leaf::Sphere(i) => round(self.spheres[i].0.hit(line(), limit)),
+            Leaf::Disc(i) => round(self.discs[i].0.hit(line(), limit)),
         };
         if let Some((t, lane, barycentric)) = hit {
             *found = Found { t, child, lane, barycentric };
@@ -139,9 +138,10 @@ impl Bvh {
 }
 
 impl Node {
-    /// The children whose boxes the ray enters before `t_max`, as entries for the stack; how many.
+    /// The children whose boxes the ray enters before `t_max`, as entries for the stack; [`MISSED`] or above in the
+    /// place of the others.
     #[inline(always)]
-    fn enter(&self, q: &Query, t_max: f32, entries: &mut [u64; 4]) -> usize {
+    fn enter(&self, q: &Query, t_max: f32) -> [u64; 4] {
         let mut t0 = Vec4::ZERO;
         let mut t1 = Vec4::splat(t_max);
         for a in 0..3 {
@@ -149,41 +149,22 @@ impl Node {
             t0 = t0.max((self.bounds[a][s] - q.near[a]) * q.inverse[a]);
             t1 = t1.min((self.bounds[a][s ^ 1] - q.far[a]) * q.inverse[a]);
         }
-        let mut mask = t0.cmple(t1).bitmask();
-        let t0 = t0.to_array();
-        let mut count = 0;
-        while mask != 0 {
-            let place = mask.trailing_zeros() as usize & 3;
-            mask &= mask - 1;
-            entries[count & 3] = u64::from(t0[place].to_bits()) << 32 | u64::from(self.child[place].0);
-            count += 1;
-        }
-        count
+        let t = Vec4::select(t0.cmple(t1), t0, Vec4::splat(f32::from_bits(u32::MAX))).to_array();
+        std::array::from_fn(|i| u64::from(t[i].to_bits()) << 32 | u64::from(self.child[i].0))
     }
 }
 
-/// Sort the first `count` of four.
+/// Sort four, without branches.
 #[inline(always)]
-fn sort(entries: &mut [u64; 4], count: usize) {
+fn sort(entries: &mut [u64; 4]) {
     let mut order = |a: usize, b: usize| {
         let (x, y) = (entries[a], entries[b]);
         entries[a] = x.min(y);
         entries[b] = x.max(y);
     };
-    match count {
-        0 | 1 => {}
-        2 => order(0, 1),
-        3 => {
-            order(0, 1);
-            order(1, 2);
-            order(0, 1);
-        }
-        _ => {
-            order(0, 1);
-            order(2, 3);
-            order(0, 2);
-            order(1, 3);
-            order(1, 2);
-        }
-    }
+    order(0, 1);
+    order(2, 3);
+    order(0, 2);
+    order(1, 3);
+    order(1, 2);
 }
