@@ -112,7 +112,8 @@ impl Bvh {
 mod tests {
     use super::super::ray::Ray;
     use super::super::triangle::Shear;
-    use super::Bvh;
+    use super::{Bvh, Primitive};
+    use crate::math::{Stream, StreamKind, warp};
 
     impl Bvh {
         /// Distance of the closest hit, by all leaves one by one.
@@ -130,6 +131,31 @@ mod tests {
                 t = disc.hit(line, f64::from(t)).map_or(t, |h| h as f32);
             }
             (t < ray.t_max).then_some(t)
+        }
+    }
+
+    #[test]
+    fn stacks_of_all_sizes_serve() {
+        let mut s = Stream::new(1, 0, StreamKind::Other, 0);
+        let mut random = || warp::uniform_sphere(s.next_2d());
+        let triangles: Vec<_> = (0..500)
+            .map(|i| {
+                let p = random();
+                (Primitive::Triangle([p, p + 0.3 * random(), p + 0.3 * random()].map(Into::into)), i)
+            })
+            .collect();
+        let mut bvh = Bvh::build(&triangles);
+        let needed = bvh.stack;
+        assert!((10..=48).contains(&needed), "{needed}");
+        let rays: Vec<_> = (0..2000).map(|_| Ray::new(random() * 0.5, random())).collect();
+        let expected: Vec<_> = rays.iter().map(|r| bvh.closest_of_all(r)).collect();
+        assert!(expected.iter().flatten().count() > 500);
+        for size in [needed, 48, 49, 128, 129, 1000] {
+            bvh.stack = size;
+            for (ray, expected) in rays.iter().zip(&expected) {
+                assert_eq!(bvh.closest(ray).map(|f| f.t), *expected);
+                assert_eq!(bvh.any(ray), expected.is_some());
+            }
         }
     }
 }

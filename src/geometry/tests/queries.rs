@@ -1,52 +1,8 @@
-//! Tests of whole queries.
+//! Whole queries, against brute force and on closed meshes.
 
-use super::*;
-use crate::math::{Stream, StreamKind, warp};
+use super::super::*;
+use super::{bumpy_sphere, direction, point, stream};
 use glam::{DVec3, Vec2, Vec3};
-
-pub(super) fn stream(index: u64) -> Stream {
-    Stream::new(11, 0, StreamKind::Other, index)
-}
-
-pub(super) fn direction(s: &mut Stream) -> Vec3A {
-    warp::uniform_sphere(s.next_2d()).normalize()
-}
-
-fn point(s: &mut Stream) -> Vec3A {
-    Vec3A::new(s.next_1d(), s.next_1d(), s.next_1d()) * 2.0 - Vec3A::ONE
-}
-
-/// A closed mesh: a sphere with bumps, of 2·n·(n − 1)·2 triangles.
-pub(super) fn bumpy_sphere(n: u32, bumps: f32, centre: Vec3, scale: f32) -> TriangleMesh {
-    let (rings, around) = (n, 2 * n);
-    let mut positions = vec![centre + Vec3::Y * scale, centre - Vec3::Y * scale];
-    for i in 1..rings {
-        for j in 0..around {
-            let theta = std::f32::consts::PI * i as f32 / rings as f32;
-            let phi = std::f32::consts::TAU * j as f32 / around as f32;
-            let r = scale * (1.0 + bumps * (7.0 * theta).sin() * (5.0 * phi).sin());
-            positions
-                .push(centre + r * Vec3::new(theta.sin() * phi.cos(), theta.cos(), -theta.sin() * phi.sin()));
-        }
-    }
-    let at = |i: u32, j: u32| match i {
-        0 => 0,
-        i if i == rings => 1,
-        i => 2 + (i - 1) * around + j % around,
-    };
-    let mut indices = Vec::new();
-    for i in 0..rings {
-        for j in 0..around {
-            if i > 0 {
-                indices.push([at(i, j), at(i + 1, j), at(i, j + 1)]);
-            }
-            if i + 1 < rings {
-                indices.push([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
-            }
-        }
-    }
-    TriangleMesh::new(positions, None, None, indices).unwrap()
-}
 
 /// Random small triangles, spheres and discs within a cube of half-size `scale` about `centre`, some degenerate.
 fn soup(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<ShapeDesc> {
