@@ -254,6 +254,22 @@ fn an_interrupt_leaves_what_is_done() {
 }
 
 #[test]
+fn the_experiments_of_the_project_can_be_read() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let plan = tyndall::experiment::plan::read(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        for scene in &plan.scenes {
+            tyndall::scene::file::load(&scene.path, &Default::default()).unwrap_or_else(|e| panic!("{e}"));
+        }
+        names.push(plan.name);
+    }
+    names.sort();
+    assert_eq!(names, ["bpt-vs-pt", "light-tracing", "pt-lt-bpt", "pyramid", "quickstart"]);
+}
+
+#[test]
 fn wrong_experiments_are_pointed_at() {
     let bench = Bench::new();
     for (from, to, parts) in [

@@ -62,7 +62,45 @@ fn summary(results: &Results) -> String {
 fn with_interval(estimate: Option<Estimate>) -> String {
     match estimate {
         None => "-".into(),
-        Some(Estimate { mean, interval: None }) => format!("{mean:.4}"),
-        Some(Estimate { mean, interval: Some(i) }) => format!("{mean:.4} [{:.4}, {:.4}]", i.low, i.high),
+        Some(Estimate { mean, interval: None }) => number(mean),
+        Some(Estimate { mean, interval: Some(i) }) => {
+            format!("{} [{}, {}]", number(mean), number(i.low), number(i.high))
+        }
+    }
+}
+
+/// Four significant digits.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 1 };
+    format!("{value:.*}", 4usize.saturating_sub(before))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        for (value, text) in [
+            (0.0, "0.000"),
+            (0.12345, "0.123"),
+            (-12.345, "-12.35"),
+            (480.54, "480.5"),
+            (123456.0, "123456"),
+            (1.5e-5, "1.500e-5"),
+            (2.5e7, "2.500e7"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+
+    #[test]
+    fn references_are_kept_beside_the_results() {
+        assert_eq!(default_cache(Path::new("results/a")), Path::new("results/.references"));
+        assert_eq!(default_cache(Path::new("a")), Path::new("./.references"));
     }
 }
