@@ -39,6 +39,8 @@ fn bad_command_lines_end_in_one_message() {
         ("render small --out small/scene.toml/a.exr", &["there is no folder"]),
         ("render small --out /proc/a.exr", &["/proc", "cannot write"]),
         ("compare a.exr b.exr", &["a.exr"]),
+        ("info smal", &["smal", "there is no such scene file"]),
+        ("report small", &["results.json", "there are no results here"]),
         ("run nothing.toml", &["nothing.toml", "there is no such file"]),
         ("rendre small", &["rendre"]),
     ] {
@@ -173,11 +175,20 @@ fn comparing_an_image_with_itself_gives_zero() {
 }
 
 #[test]
+fn info_says_what_is_in_a_scene() {
+    let bench = Bench::new();
+    let (out, _) = bench.succeed("info small");
+    for part in ["Small", "24", "16", "6 triangles"] {
+        assert!(out.contains(part), "'{part}' is not in: {out}");
+    }
+}
+
+#[test]
 fn help_and_tables_are_printed() {
     let bench = Bench::new();
     let (out, _) = bench.succeed("techniques");
     assert!(out.contains("next-event estimation") && out.contains("bidirectional path tracing"));
-    for command in ["run", "render", "compare", "techniques"] {
+    for command in ["run", "render", "compare", "info", "report", "techniques"] {
         assert!(bench.succeed("--help").0.contains(command));
         bench.succeed(&format!("{command} --help"));
     }

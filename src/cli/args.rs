@@ -24,6 +24,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Tell what is in a scene: shapes, triangles, materials, lights, extent, warnings.
     Info(InfoArgs),
+    /// Write figures and page again, from the results on disk.
+    Report(ReportArgs),
     /// List techniques and presets.
     Techniques,
 }
@@ -151,6 +153,14 @@ pub struct CompareArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `tyndall report`.
+#[derive(Args, Debug)]
+pub struct ReportArgs {
+    /// A folder of results.
+    #[arg(value_name = "DIR")]
+    pub dir: PathBuf,
 }
 
 #[cfg(test)]

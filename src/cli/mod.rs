@@ -11,7 +11,7 @@ pub mod session;
 pub mod techniques;
 
 use crate::error::{Error, Result};
-use args::{Cli, Command, CompareArgs};
+use args::{Cli, Command, CompareArgs, ReportArgs};
 use clap::Parser;
 use session::{Ending, STOPPED, print};
 use std::process::ExitCode;
@@ -38,6 +38,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Render(args) => render::run(args),
         Command::Compare(args) => compare(args),
         Command::Info(args) => info::run(args),
+        Command::Report(args) => report(args),
         Command::Techniques => print(techniques::text()).map(|()| Ending::Done),
     }
 }
@@ -50,5 +51,14 @@ fn compare(args: &CompareArgs) -> Result<Ending> {
     } else {
         print(comparison)?;
     }
+    Ok(Ending::Done)
+}
+
+fn report(args: &ReportArgs) -> Result<Ending> {
+    let report = crate::report::report(&args.dir)?;
+    for problem in &report.problems {
+        eprintln!("warning: {problem}");
+    }
+    print(format!("{}\n", report.page.display()))?;
     Ok(Ending::Done)
 }

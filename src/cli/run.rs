@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::experiment::overrides::Override;
 use crate::experiment::results::{Estimate, Results};
 use crate::experiment::{plan, run};
+use crate::report::report_of;
 use std::path::{Path, PathBuf};
 
 /// Runs an experiment, and writes its page.
@@ -22,11 +23,15 @@ pub fn run(args: &RunArgs) -> Result<Ending> {
     let stop = stop_on_interrupt()?;
     let options = run::Options { out: &out, cache: &cache, stop: &stop };
     let results = with_threads(args.threads, || run::run(&plan, &options, &mut Progress::new()))?;
+    let report = report_of(&out, &results)?;
+    for problem in &report.problems {
+        eprintln!("warning: {problem}");
+    }
     print(summary(&results))?;
     if results.partial {
         print("These results are partial.\n")?;
     }
-    print(format!("{}\n", out.display()))?;
+    print(format!("{}\n", report.page.display()))?;
     Ok(Ending::from(&stop))
 }
 
