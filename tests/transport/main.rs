@@ -9,9 +9,13 @@
 mod agreement;
 mod closed_forms;
 mod collect;
+mod film;
 mod invariants;
+mod lengths;
 mod measure;
 mod oracle;
 mod our_scenes;
 mod scenes;
+mod specular;
+mod visibility;
 mod weights;

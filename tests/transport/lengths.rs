@@ -1,0 +1,57 @@
+//! Every technique makes the paths of every length that is asked for, and no others.
+
+use crate::measure::{Means, render, runs};
+use crate::scenes;
+use tyndall::transport::{Settings, Technique, TechniqueSet};
+
+/// The shortest path that a technique makes.
+fn shortest(technique: Technique) -> u32 {
+    match technique {
+        Technique::Hit | Technique::Lens => 1,
+        Technique::NextEvent => 2,
+        Technique::Connect => 3,
+    }
+}
+
+/// In the furnace, paths of k segments bring 2^-k. The bug that this keeps out: a bound on the length that is off by
+/// one somewhere loses the longest or the shortest paths, a part per thousand of a picture with ten segments, but all of
+/// it here.
+#[test]
+fn each_technique_makes_each_length() {
+    let scene = scenes::load("furnace");
+    for length in 1..=4 {
+        for technique in Technique::all() {
+            let what = format!("{technique:?} at {length} segments");
+            let settings = Settings {
+                min_length: length,
+                max_length: length,
+                ..Settings::new(TechniqueSet::of(&[technique]))
+            };
+            if length < shortest(technique) {
+                let image = render(&scene, &settings, 2).image();
+                assert!(image.pixels.iter().flatten().all(|v| *v == 0.0), "{what}: there is no such path");
+            } else {
+                // Light tracing is the noisiest; a bound that is off loses all there is.
+                let means = Means::of(&runs(&scene, &settings, 16, 64));
+                means.assert_mean(&what, 0.5f64.powi(length as i32), 0.2);
+            }
+        }
+    }
+}
+
+/// A bound on the length lets no path through that is shorter or longer.
+#[test]
+fn no_other_length_is_recorded() {
+    let scene = scenes::load("lights");
+    let settings = Settings { min_length: 2, max_length: 4, ..Settings::new(TechniqueSet::all()) };
+    let mut seen = [0; 5];
+    for pixel in 0..576u32 {
+        let pixel = glam::UVec2::new(pixel % 24, pixel / 24);
+        for traced in crate::collect::trace_pixel(&scene, &settings, 0, pixel) {
+            let length = traced.sample.s + traced.sample.t - 1;
+            assert!((2..=4).contains(&length), "{:?}", traced.sample);
+            seen[length as usize] += 1;
+        }
+    }
+    assert!(seen[2..].iter().all(|n| *n > 100), "{seen:?}");
+}
