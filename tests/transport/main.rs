@@ -15,6 +15,7 @@ mod lengths;
 mod measure;
 mod oracle;
 mod our_scenes;
+mod rare;
 mod scenes;
 mod specular;
 mod visibility;

@@ -6,12 +6,14 @@
 //! b, and that area comes from finite differences through the glass. The renderer's quotient comes from its own recursion:
 //! with a single technique whose count is at a alone, the link at b holds the product of all r/p between.
 
-use glam::{DVec3, UVec2, Vec3A};
+use glam::{DVec3, UVec2, Vec2, Vec3, Vec3A};
 use std::f64::consts::PI;
+use tyndall::bsdf::{BsdfSample, Dielectric, Diffuse, Layered, Material, Mirror, Mode};
 use tyndall::film::Sample;
 use tyndall::geometry::ShapeDesc;
 use tyndall::scene::Scene;
 use tyndall::scene::file::source::Source;
+use tyndall::texture::Texture;
 use tyndall::transport::sink::{Joint, Sink, Start};
 use tyndall::transport::walk::Vertex;
 use tyndall::transport::{Settings, Technique, TechniqueSet, camera_path, light_path};
@@ -328,5 +330,52 @@ fn both_walks_densities_have_the_true_quotient_through_glass() {
             into.min(out).min(level) > 1000 && caustic < checked / 10,
             "{into} into, {out} out of, {level} through glass, {caustic} left out"
         );
+    }
+}
+
+/// What a mixture says of the way back through one of its Diracs is what it says when it is asked to go there, with the
+/// Jacobian of refraction, η_from² cos θ_from / (η_to² cos θ_to). The bug that this keeps out: a reverse density without the
+/// probability of the layer.
+#[test]
+fn the_reverse_of_a_dirac_is_the_probability_of_going_back() {
+    let white = || Texture::Constant(Vec3::splat(0.8));
+    let diffuse = Material::Diffuse(Diffuse::new(white()).expect("an albedo"));
+    let mirror = Material::Mirror(Mirror::new(white()).expect("an albedo"));
+    let one = Texture::Constant(Vec3::ONE);
+    let glass = Material::Dielectric(Dielectric::new(1.5, 1.0, 0.0, one, white()).expect("an index"));
+    let layers = [vec![(0.7, diffuse.clone()), (0.3, mirror)], vec![(0.4, diffuse), (0.6, glass)]];
+    for layered in layers {
+        let material = Material::Layered(Layered::new(layered).expect("layers"));
+        let sample = |from, u| {
+            let sample = material.sample(Vec2::ZERO, from, Mode::Radiance, (u, Vec2::splat(0.3)));
+            sample.filter(|b: &BsdfSample| b.specular)
+        };
+        let lobes = || (0..256).map(|i| (i as f32 + 0.5) / 256.0);
+        let mut checked = 0;
+        for i in 0..40u32 {
+            let (z, phi) = (0.05 + 0.9 * (i / 2) as f32 / 20.0, i as f32);
+            let z = if i % 2 == 0 { z } else { -z };
+            let r = (1.0 - z * z).sqrt();
+            let from = Vec3A::new(r * phi.cos(), r * phi.sin(), z);
+            for u in lobes() {
+                let Some(there) = sample(from, u) else { continue };
+                let back = lobes()
+                    .filter_map(|u| sample(there.to, u))
+                    .find(|b| (b.to - from).length() < 1e-4)
+                    .expect("light can go back where it came from");
+                let jacobian = if there.to.z * from.z > 0.0 {
+                    1.0
+                } else {
+                    let eta = if from.z > 0.0 { 1.5 } else { 1.0 / 1.5f32 };
+                    (from.z / (eta * eta * there.to.z)).abs()
+                };
+                assert!(
+                    (there.pdf_rev / (back.pdf * jacobian) - 1.0).abs() < 1e-3,
+                    "{there:?} from {from}, and back {back:?}"
+                );
+                checked += 1;
+            }
+        }
+        assert!(checked > 1000, "{checked}");
     }
 }

@@ -3,6 +3,7 @@
 use crate::collect::{Traced, trace_pixel};
 use crate::scenes;
 use glam::{UVec2, Vec3A};
+use tyndall::bsdf::Material;
 use tyndall::geometry::Ray;
 use tyndall::scene::Scene;
 use tyndall::transport::{Settings, Technique, TechniqueSet};
@@ -55,16 +56,25 @@ fn what_is_joined_is_in_sight() {
     }
 }
 
+fn is_glass(material: &Material) -> bool {
+    // The test scene's layered material has glass in it.
+    matches!(material, Material::Dielectric(_) | Material::Layered(_))
+}
+
 /// Under a smooth shading normal, a direction can be above the shading surface and below the real one. The bug that
 /// this keeps out: light that such a vertex lets through.
 #[test]
 fn opaque_surfaces_let_nothing_through() {
-    let scene = scenes::load("environment");
+    // Its bells are open, so that light which got through would come out again.
+    let scene = scenes::load("bent");
     let mut bent = 0;
     for traced in paths(&scene, 16) {
         let path = &traced.path;
         let infinite = scene.lights.is_infinite(&path.light);
         for (i, point) in path.surfaces.iter().enumerate() {
+            if is_glass(scene.material(point.shape)) {
+                continue;
+            }
             let toward = |p: Vec3A| (p - point.p).normalize();
             let wl = match i {
                 0 if infinite => path.light.n,
@@ -76,7 +86,7 @@ fn opaque_surfaces_let_nothing_through() {
             // A sign is told only where rounding cannot change it.
             let clear = l.abs().min(c.abs()) > 1e-4;
             assert!(!clear || l * c > 0.0, "{:?} at {point:?}: {l}, {c}", traced.sample);
-            bent += u32::from(point.ns.dot(point.ng) < 0.999);
+            bent += u32::from(point.ns.dot(point.ng) < 0.99);
         }
     }
     assert!(bent > 500, "only {bent} vertices have a shading normal of their own");
