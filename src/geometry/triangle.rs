@@ -30,11 +30,10 @@ pub(super) struct Shear {
     shear: [Vec4; 3],
 }
 
-/// A triangle's edge functions, sheared heights of its corners, and their bounds, for the lane at hand.
+/// A lane through which the ray passes.
 struct Candidate {
-    u: f32,
-    v: f32,
-    w: f32,
+    /// The edge functions, whose quotients by their sum are barycentric coordinates.
+    edges: [f32; 3],
     t: f32,
     /// Bound on the error of `t`.
     slack: f32,
@@ -137,14 +136,26 @@ impl Block {
         c: &Sheared,
         [u, v, w]: [Vec4; 3],
     ) -> Option<(f32, usize, Vec2)> {
+        // All lanes' distances at once; most lanes end here.
+        let det = u + v + w;
+        let scale = s.shear[2];
+        let t = scale * (u * c.z[0] + v * c.z[1] + w * c.z[2]) / det;
+        let slack = c.slack(scale, det);
+        // A lane with an edge function of zero, or without area to the ray, is settled by itself.
+        let doubtful = (u * v * w).cmpeq(Vec4::ZERO) | det.cmpeq(Vec4::ZERO);
+        let between = (t + slack).cmpge(Vec4::ZERO) & (t - slack).cmple(Vec4::splat(nearest));
+        mask &= (between | doubtful).bitmask();
         let mut best = None;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize & 3;
             mask &= mask - 1;
-            let edges = [u, v, w].map(|e| e.to_array()[lane]);
-            let Some(hit) = candidate(c, s, lane, edges) else { continue };
-            if hit.t < -hit.slack || hit.t - hit.slack > nearest {
-                continue;
+            let pick = |x: Vec4| x.to_array()[lane];
+            let mut hit = Candidate { edges: [u, v, w].map(pick), t: pick(t), slack: pick(slack) };
+            if doubtful.bitmask() >> lane & 1 == 1 {
+                match c.settle(s, lane, nearest) {
+                    Some(settled) => hit = settled,
+                    None => continue,
+                }
             }
             let mut t = hit.t;
             // Near the ends of the ray, f64 decides: the origin's own triangle must not be hit, its neighbour must.
@@ -156,35 +167,39 @@ impl Block {
             }
             if t < nearest {
                 nearest = t;
-                let scale = 1.0 / (hit.u + hit.v + hit.w);
-                best = Some((t, lane, Vec2::new(hit.v * scale, hit.w * scale)));
+                let scale = 1.0 / (hit.edges[0] + hit.edges[1] + hit.edges[2]);
+                best = Some((t, lane, Vec2::new(hit.edges[1] * scale, hit.edges[2] * scale)));
             }
         }
         best
     }
 }
 
-/// One lane: settle edge functions that are zero, then the distance and how far it can be wrong.
-#[inline]
-fn candidate(c: &Sheared, s: &Shear, lane: usize, [mut u, mut v, mut w]: [f32; 3]) -> Option<Candidate> {
-    let pick = |r: &[Vec4; 3]| r.map(|v| v.to_array()[lane]);
-    let (x, y, z) = (pick(&c.x), pick(&c.y), pick(&c.z));
-    if u == 0.0 || v == 0.0 || w == 0.0 {
-        [u, v, w] = exact_edges(x, y)?;
+impl Sheared {
+    /// Bound on the error of the distances. Corners are wrong by a few ulps of their distance; that moves t by as much
+    /// times the slope of the triangle against the ray, and the edge functions' own rounding by as much again.
+    #[inline(always)]
+    fn slack(&self, scale: Vec4, det: Vec4) -> Vec4 {
+        let largest = |r: &[Vec4; 3]| r[0].abs().max(r[1].abs()).max(r[2].abs());
+        let (mx, my, mz) = (largest(&self.x), largest(&self.y), largest(&self.z));
+        let slope = (mx + my + mz) * (mx + my) / det.abs();
+        2f32.powi(-20) * mz * scale.abs() * (Vec4::ONE + slope)
     }
-    let det = u + v + w;
-    if det == 0.0 {
-        return None;
+
+    /// A lane that f32 leaves in doubt: its edge functions are computed again in f64.
+    #[cold]
+    fn settle(&self, s: &Shear, lane: usize, nearest: f32) -> Option<Candidate> {
+        let pick = |r: &[Vec4; 3]| r.map(|v| v.to_array()[lane]);
+        let z = pick(&self.z);
+        let edges = exact_edges(pick(&self.x), pick(&self.y))?;
+        let det = edges[0] + edges[1] + edges[2];
+        if det == 0.0 {
+            return None;
+        }
+        let t = s.shear[2].x * (edges[0] * z[0] + edges[1] * z[1] + edges[2] * z[2]) / det;
+        let slack = self.slack(s.shear[2], Vec4::splat(det)).to_array()[lane];
+        (t >= -slack && t - slack <= nearest).then_some(Candidate { edges, t, slack })
     }
-    let scale = s.shear[2].x;
-    let t = scale * (u * z[0] + v * z[1] + w * z[2]) / det;
-    // Corners are wrong by a few ulps of their distance; that moves t by as much times the slope of the triangle
-    // against the ray, and the edge functions' own rounding by as much again.
-    let largest = |r: [f32; 3]| r[0].abs().max(r[1].abs()).max(r[2].abs());
-    let (mx, my, mz) = (largest(x), largest(y), largest(z));
-    let slope = (mx + my + mz) * (mx + my) / det.abs();
-    let slack = 2f32.powi(-20) * mz * scale.abs() * (1.0 + slope);
-    Some(Candidate { u, v, w, t, slack })
 }
 
 /// The edge functions in f64, where products of two f32 are exact; `None` where the ray passes outside.

@@ -89,7 +89,10 @@ impl Bvh {
         loop {
             if current.kind() == Child::NODE {
                 let mut entries = self.nodes[current.index()].enter(&query, found.t);
-                sort(&mut entries);
+                // Any hit will do for visibility, so the order of the boxes is all the same.
+                if !ANY {
+                    sort(&mut entries);
+                }
                 // Without branches: what is pushed in vain is written over.
                 for entry in entries[1..].iter().rev() {
                     stack[top] = *entry;
