@@ -178,3 +178,23 @@ fn rays_from_a_corner_of_a_closed_box_stay_inside() {
         );
     }
 }
+
+#[test]
+fn a_wall_some_ulps_ahead_is_hit() {
+    let mut s = stream(44);
+    for (scale, centre) in places() {
+        let q = Quat::from_axis_angle(direction(&mut s).into(), 6.0 * s.next_1d());
+        let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), q, centre.into());
+        let wall = TriangleMesh::rectangle().transformed(&place).unwrap();
+        let geometry = Geometry::build(vec![ShapeDesc::Mesh(wall)]);
+        for _ in 0..1000 {
+            let p = geometry.sample_area(0, glam::Vec2::splat(0.1) + s.next_2d() * 0.8);
+            let towards = (direction(&mut s) * 0.7 - p.ng).normalize();
+            // Above the wall by its rounding alone: in f32, behind it as often as before it.
+            let ray = Ray::new(offset_origin(p.p, p.ng, p.ng), towards);
+            let hit = geometry.intersect(&ray).unwrap_or_else(|| panic!("{ray:?}, {scale}, {centre}"));
+            assert!(hit.t > 0.0 && hit.t < 1e-5 * (scale + centre.length()), "{ray:?} {}", hit.t);
+            assert!(geometry.occluded(&ray));
+        }
+    }
+}
