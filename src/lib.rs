@@ -13,6 +13,7 @@ pub mod film;
 pub mod geometry;
 pub mod light;
 pub mod math;
+pub mod medium;
 pub mod notation;
 pub mod render;
 pub mod report;

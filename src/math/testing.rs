@@ -1,6 +1,6 @@
-//! Hypothesis tests of samplers against their densities, for the tests of lights and camera.
+//! Hypothesis tests of samplers against their densities, for the tests of lights, camera and media.
 //!
-//! The whole of both modules' statistical tests fails a correct implementation with the probability 1%; that is
+//! The whole of these modules' statistical tests fails a correct implementation with the probability 1%; that is
 //! shared out [Šidák] over at most [`COMPARISONS`] of them.
 
 use super::{Frame, Stream, StreamKind};
@@ -8,8 +8,8 @@ use glam::Vec3A;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
-/// Upper bound of the number of statistical comparisons in `light` and `camera`.
-const COMPARISONS: f64 = 200.0;
+/// Upper bound of the number of statistical comparisons in `light`, `camera` and `medium`.
+const COMPARISONS: f64 = 300.0;
 
 /// Significance of one comparison.
 pub fn significance() -> f64 {

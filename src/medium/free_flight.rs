@@ -1,0 +1,81 @@
+//! Free flight along an edge that may cross several media.
+//!
+//! One colour channel is picked uniformly, and the optical depth to the next collision is drawn in that channel alone.
+//! The pick is made once an edge, and its probabilities (1/3 each) are the same in all media: so the density of a
+//! collision is known from either end of an edge, does not depend on how the edge is cut into stretches, and no
+//! channel's collisions are rarer than a third of what they should be, however different the channels are.
+//!
+//! Let κ be σ_t in media that scatter and 0 in those that only absorb, and K_c = exp(−∫ κ_c) over an edge. Then, with
+//! w_c = 1/3, the free-flight factor of the edge is
+//!
+//!   - Σ w_c κ_c K_c, 1/m, where it ends at a collision, with κ as it is there;
+//!   - Σ w_c K_c, a probability, where it ends on a surface, a light or the lens.
+//!
+//! Transmittance over that factor, times σ_t at a collision, is at most 3 in every channel.
+
+use crate::math::Rgb;
+use glam::Vec2;
+
+/// Probability of each channel.
+const CHANNEL: f32 = 1.0 / 3.0;
+/// Half the distance of two uniforms.
+const HALF_STEP: f32 = 0.5 / (1u32 << 24) as f32;
+
+/// What gets through an edge, or through a part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// exp(−∫ σ_t): what is left of the light.
+    pub transmittance: Rgb,
+    /// K = exp(−∫ κ): how probable it is that no collision was sampled, for each channel's draw.
+    pub survival: Rgb,
+}
+
+impl Passage {
+    /// Nothing in the way.
+    pub const CLEAR: Self = Self { transmittance: Rgb::ONE, survival: Rgb::ONE };
+
+    /// This, and then a stretch of the optical depth `depth` through a medium of which [`super::Medium::scatters`] says
+    /// `scatters`.
+    #[inline]
+    pub fn then(self, depth: Rgb, scatters: bool) -> Self {
+        let passed = (-depth).exp();
+        Self {
+            transmittance: self.transmittance * passed,
+            survival: if scatters { self.survival * passed } else { self.survival },
+        }
+    }
+
+    /// The free-flight factor. `rate` is σ_t where the edge ends at a collision, and [`Rgb::ONE`] where it ends on
+    /// a surface, a light or the lens.
+    #[inline]
+    pub fn density(&self, rate: Rgb) -> f32 {
+        CHANNEL * rate.dot(self.survival)
+    }
+
+    /// True where nothing gets through.
+    #[inline]
+    pub fn is_black(&self) -> bool {
+        self.transmittance == Rgb::ZERO
+    }
+}
+
+/// Where the next collision of an edge shall be: drawn once an edge, used up stretch by stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Draw {
+    /// The colour channel in which distances are measured.
+    pub channel: usize,
+    /// The optical depth to the collision; above 0.
+    pub depth: f32,
+}
+
+impl Draw {
+    /// Of two uniforms in [0, 1).
+    #[inline]
+    pub fn new(u: Vec2) -> Self {
+        let channel = ((u.x * 3.0) as usize).min(2);
+        // −ln(1 − y) with y in the middle of its step, so that the depth is neither 0 nor infinite; each form is exact
+        // where the other rounds to an end.
+        let depth = if u.y < 0.5 { -(-(u.y + HALF_STEP)).ln_1p() } else { -((1.0 - u.y) - HALF_STEP).ln() };
+        Self { channel, depth }
+    }
+}

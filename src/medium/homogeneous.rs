@@ -1,0 +1,145 @@
+//! A medium that is the same everywhere: all integrals along a ray are in closed form.
+
+use super::{Coefficients, MediumSummary, Phase};
+use crate::math::{Rgb, RgbExt};
+use glam::Vec3A;
+
+/// Constant coefficients and emission.
+#[derive(Clone, Debug)]
+pub struct Homogeneous {
+    coefficients: Coefficients,
+    emission: Rgb,
+    phase: Phase,
+    scatters: bool,
+}
+
+impl Homogeneous {
+    /// With the absorption `sigma_a` and the scattering `sigma_s` (1/m) and the emission (radiance a metre,
+    /// W/(sr m³)).
+    ///
+    /// # Errors
+    /// What is negative, not finite, or too large to be added.
+    pub fn new(sigma_a: Rgb, sigma_s: Rgb, emission: Rgb, phase: Phase) -> Result<Self, String> {
+        check("sigma_a", sigma_a)?;
+        check("sigma_s", sigma_s)?;
+        check("emission", emission)?;
+        let sigma_t = sigma_a + sigma_s;
+        check("sigma_a + sigma_s", sigma_t)?;
+        let coefficients = Coefficients { sigma_t, sigma_s };
+        Ok(Self { coefficients, emission, phase, scatters: !sigma_s.is_black() })
+    }
+
+    /// With the extinction `sigma_t` (1/m) of which the share `albedo` is scattered.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and an albedo above 1.
+    pub fn with_albedo(sigma_t: Rgb, albedo: Rgb, emission: Rgb, phase: Phase) -> Result<Self, String> {
+        check("sigma_t", sigma_t)?;
+        check("albedo", albedo)?;
+        check("emission", emission)?;
+        if albedo.max_element() > 1.0 {
+            return Err(format!(
+                "albedo must be at most 1 in each channel, found {albedo}: a medium cannot scatter more light than \
+                 collides"
+            ));
+        }
+        let sigma_s = sigma_t * albedo;
+        let coefficients = Coefficients { sigma_t, sigma_s };
+        Ok(Self { coefficients, emission, phase, scatters: !sigma_s.is_black() })
+    }
+
+    #[inline]
+    pub(super) fn coefficients(&self, _: Vec3A) -> Coefficients {
+        self.coefficients
+    }
+
+    #[inline]
+    pub(super) fn optical_depth(&self, _: Vec3A, _: Vec3A, t0: f32, t1: f32) -> Rgb {
+        let sigma_t = self.coefficients.sigma_t;
+        // 0·∞ is 0 here: where there is nothing, there is nothing for ever.
+        Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_t * (t1 - t0), Rgb::ZERO)
+    }
+
+    #[inline]
+    pub(super) fn scatters(&self) -> bool {
+        self.scatters
+    }
+
+    #[inline]
+    pub(super) fn invert(
+        &self,
+        _: Vec3A,
+        _: Vec3A,
+        t0: f32,
+        t1: f32,
+        channel: usize,
+        depth: f32,
+    ) -> Result<f32, f32> {
+        let sigma_t = self.coefficients.sigma_t[channel];
+        // Also where there is no extinction, and where the stretch is empty; 0·∞ is no depth either.
+        let whole = if sigma_t > 0.0 { sigma_t * (t1 - t0) } else { 0.0 };
+        if depth < whole {
+            // Rounding must not leave the stretch.
+            Ok((t0 + depth / sigma_t).min(t1.next_down()))
+        } else {
+            Err(depth - whole)
+        }
+    }
+
+    #[inline]
+    pub(super) fn phase(&self) -> &Phase {
+        &self.phase
+    }
+
+    #[inline]
+    pub(super) fn is_emissive(&self) -> bool {
+        !self.emission.is_black()
+    }
+
+    /// e (1 − exp(−σd))/σ; e·d where σ is 0.
+    pub(super) fn emitted(&self, _: Vec3A, _: Vec3A, t0: f32, t1: f32) -> Rgb {
+        let d = t1 - t0;
+        let channel = |i: usize| {
+            let (e, sigma) = (self.emission[i], self.coefficients.sigma_t[i]);
+            if e == 0.0 {
+                return 0.0;
+            }
+            let depth = if sigma > 0.0 { sigma * d } else { 0.0 };
+            // Both are the same; the first has no quotient of infinities, the second none of zeros.
+            if depth > 1.0 { e * (-(-depth).exp_m1() / sigma) } else { e * d * relative_escape(depth) }
+        };
+        Rgb::new(channel(0), channel(1), channel(2))
+    }
+
+    pub(super) fn shines_without_bound(&self) -> bool {
+        (self.emission.cmpgt(Rgb::ZERO) & self.coefficients.sigma_t.cmpeq(Rgb::ZERO)).any()
+    }
+
+    pub(super) fn summary(&self) -> MediumSummary {
+        let Coefficients { sigma_t, sigma_s } = self.coefficients;
+        let there = sigma_t.cmpgt(Rgb::ZERO);
+        MediumSummary {
+            kind: "homogeneous",
+            sigma_t,
+            sigma_s,
+            emission: self.emission,
+            mean_free_path: Rgb::select(there, sigma_t.recip(), Rgb::INFINITY),
+            albedo: Rgb::select(there, sigma_s / sigma_t, Rgb::ZERO),
+            phase: self.phase.describe(),
+            mean_cosine: self.phase.mean_cosine(),
+        }
+    }
+}
+
+/// (1 − exp(−x))/x: the share of what a stretch of the optical depth x emits that leaves it.
+fn relative_escape(x: f32) -> f32 {
+    if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 }
+}
+
+fn check(what: &str, value: Rgb) -> Result<(), String> {
+    if value.is_finite() && value.min_element() >= 0.0 {
+        Ok(())
+    } else {
+        Err(format!("{what} must be finite and not negative in each channel, found {value}"))
+    }
+}
