@@ -78,12 +78,15 @@ impl Homogeneous {
         let sigma_t = self.coefficients.sigma_t[channel];
         // Also where there is no extinction, and where the stretch is empty; 0·∞ is no depth either.
         let whole = if sigma_t > 0.0 { sigma_t * (t1 - t0) } else { 0.0 };
-        if depth < whole {
-            // Rounding must not leave the stretch.
-            Ok((t0 + depth / sigma_t).min(t1.next_down()))
-        } else {
-            Err(depth - whole)
+        if depth >= whole {
+            return Err(depth - whole);
         }
+        // Rounding must not leave the stretch.
+        let t = (t0 + depth / sigma_t).min(t1.next_down());
+        // Where one step of t is many mean free paths (dense, and far from the origin), rounding up would lead to
+        // where no channel's light gets.
+        let overshoots = sigma_t * (t - t0) > depth + 1.0;
+        Ok(if overshoots { t.next_down() } else { t })
     }
 
     #[inline]

@@ -1,5 +1,6 @@
 //! Phase functions, free flight and emission against their definitions.
 
+mod free_flight;
 mod homogeneous;
 mod phase;
 

@@ -58,7 +58,7 @@ fn formula(g: f64, cos: f64) -> f64 {
 
 #[test]
 fn values_are_those_of_the_formulas() {
-    for angle in [0.0f64, 1e-4, 1e-3, 0.01, 0.3, 1.0, 2.0, 3.0, 3.14, std::f64::consts::PI] {
+    for angle in [0.0f64, 1e-4, 1e-3, 0.01, 0.3, 1.0, 2.0, 3.0, 3.13, std::f64::consts::PI] {
         let wl = Vec3A::new(0.0, 0.0, -1.0);
         let wc = Vec3A::new(angle.sin() as f32, 0.0, angle.cos() as f32);
         for g in [0.0f32, 1e-7, 0.5, -0.5, 0.9, 0.99, 0.999, -0.999] {
@@ -103,7 +103,7 @@ fn mean_cosines_are_those_of_the_samples() {
     {
         assert!((f64::from(phase.mean_cosine()) - mean).abs() < 1e-6, "{phase:?}");
         let from = random_direction(3);
-        assert_mean(&format!("mean cosine of {}", phase.describe()), mean, 800_000, |s| {
+        assert_mean(&format!("mean cosine of {}", phase.describe()), mean, 1_600_000, |s| {
             f64::from(-from.dot(phase.sample(from, (s.next_1d(), s.next_2d())).0))
         });
     }
