@@ -7,6 +7,7 @@ use crate::bsdf::Material;
 use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::light::Lights;
+use crate::medium::Medium;
 use std::path::PathBuf;
 
 /// Everything that is rendered. Immutable once made; shared by all threads.
@@ -26,6 +27,8 @@ pub struct Scene {
     pub shape_names: Vec<String>,
     /// All lights.
     pub lights: Lights,
+    /// All media.
+    pub media: Vec<Medium>,
     /// What looks odd but can be rendered.
     pub warnings: Vec<String>,
     /// Every file that was read: what the picture depends on.
@@ -41,6 +44,8 @@ pub struct SceneNotes {
     pub description: String,
     /// Names of the materials, by index; empty for the black of lamps without a material.
     pub material_names: Vec<String>,
+    /// Names of the media, by index.
+    pub medium_names: Vec<String>,
     /// Names of the lights, by index.
     pub light_names: Vec<String>,
     /// Memory of the textures' images, in bytes.

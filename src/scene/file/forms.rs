@@ -4,6 +4,7 @@
 
 use super::schema::*;
 use super::values::*;
+use crate::error::nearest;
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
@@ -109,5 +110,36 @@ impl<'de> Deserialize<'de> for Albedo {
             }
         }
         d.deserialize_any(AlbedoVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for PhaseDef {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        const NAMES: [&str; 2] = ["isotropic", "rayleigh"];
+        struct Phase;
+        impl<'de> Visitor<'de> for Phase {
+            type Value = PhaseDef;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("\"isotropic\", \"rayleigh\", { hg = g } or { mixture = [{ weight, phase }, …] }")
+            }
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<PhaseDef, E> {
+                match name {
+                    "isotropic" => Ok(PhaseDef::Isotropic),
+                    "rayleigh" => Ok(PhaseDef::Rayleigh),
+                    _ => {
+                        let meant = nearest(name, NAMES);
+                        let hint = meant.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+                        let expected: &dyn de::Expected = &self;
+                        let message =
+                            format!("there is no phase function `{name}`: expected {expected}{hint}");
+                        Err(E::custom(message))
+                    }
+                }
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<PhaseDef, A::Error> {
+                PhaseTableDef::deserialize(de::value::MapAccessDeserializer::new(map)).map(PhaseDef::Table)
+            }
+        }
+        d.deserialize_any(Phase)
     }
 }

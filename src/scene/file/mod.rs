@@ -10,6 +10,7 @@ mod context;
 mod forms;
 mod lights;
 mod materials;
+mod media;
 mod profile;
 pub mod schema;
 mod shapes;
@@ -25,6 +26,7 @@ use crate::scene::{RenderDefaults, Scene, SceneNotes};
 use context::Context;
 use glam::UVec2;
 use materials::Materials;
+use media::Media;
 use schema::{RenderDef, SceneFile};
 use shapes::Shapes;
 use source::Source;
@@ -100,13 +102,14 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
     let mut textures = Textures::load(&mut context, &file.texture)?;
     let mut materials = Materials::load(&mut context, &mut textures, &file.material)?;
     let shapes = shapes::build(&mut context, &mut materials, &file.shape)?;
+    let media = Media::load(&mut context, &file.medium)?;
     let mut lights = shapes.lights.clone();
     lights.extend(lights::build(&mut context, &file.light)?);
     if lights.is_empty() {
         let message = "the scene has no light: add a [[light]], or give a shape an `emission`";
         return Err(Error::file(source.path(), message));
     }
-    warn_of_oddities(&mut context, &file, &textures, &materials, &shapes);
+    warn_of_oddities(&mut context, &file, &textures, &materials, &media, &shapes);
     let Shapes { shapes, materials: shape_materials, names: shape_names, .. } = shapes;
     let geometry = Geometry::build_with(shapes);
     let (light_names, lights): (Vec<String>, Vec<_>) = lights.into_iter().unzip();
@@ -117,6 +120,7 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
         description: file.description.unwrap_or_default(),
         material_names: materials.names(),
         light_names,
+        medium_names: media.names(),
         texture_bytes: textures.bytes(),
         defaults,
     };
@@ -128,6 +132,7 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
         shape_materials,
         shape_names,
         lights,
+        media: media.all,
         warnings,
         dependencies: context.dependencies,
         notes,
@@ -153,10 +158,14 @@ fn warn_of_oddities(
     file: &SceneFile,
     textures: &Textures,
     materials: &Materials,
+    media: &Media,
     shapes: &Shapes,
 ) {
     for (name, span) in materials.unused() {
         context.warn(span, format!("material `{name}` is not used"));
+    }
+    for (name, span) in media.unused() {
+        context.warn(span, format!("medium `{name}` is not used"));
     }
     for (name, _) in &file.texture.0 {
         if textures.unused().any(|unused| unused == name.get_ref()) {

@@ -6,8 +6,10 @@
 //! the right line.
 
 mod appearance;
+mod media;
 
 pub use appearance::*;
+pub use media::*;
 
 use super::choice::choice;
 use super::values::*;
@@ -36,6 +38,9 @@ pub struct SceneFile {
     /// Materials by name: `[material.NAME]`.
     #[serde(default)]
     pub material: Named<MaterialDef>,
+    /// Media by name: `[medium.NAME]`.
+    #[serde(default)]
+    pub medium: Named<MediumDef>,
     /// Shapes, in order: `[[shape]]`.
     #[serde(default)]
     pub shape: Vec<Spanned<ShapeDef>>,
