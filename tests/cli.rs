@@ -43,6 +43,7 @@ fn bad_command_lines_end_in_one_message() {
         ("report small", &["results.json", "there are no results here"]),
         ("run nothing.toml", &["nothing.toml", "there is no such file"]),
         ("rendre small", &["rendre"]),
+        ("render small --paths ES|DL", &["path expression `ES|DL`, column 3", "parentheses"]),
     ] {
         bench.refuse(line, parts);
     }
@@ -82,7 +83,9 @@ fn renders_are_the_same_bytes_with_any_number_of_threads() {
 #[test]
 fn a_render_says_how_it_was_made() {
     let bench = Bench::new();
-    bench.succeed("render small --techniques nee,hit --spp 2 --seed 18446744073709551615 --size 8x6 --png");
+    let options =
+        "--techniques nee,hit --spp 2 --seed 18446744073709551615 --size 8x6 --png --paths ES*(D|M)*L";
+    bench.succeed(&format!("render small {options}"));
     let file = read_layers(bench.path("Small-pt.exr")).unwrap();
     assert_eq!((file.width, file.height), (8, 6));
     assert_eq!(file.text("tyndall.iterations"), Some("2"));
@@ -95,6 +98,7 @@ fn a_render_says_how_it_was_made() {
     let settings: serde_json::Value = serde_json::from_str(file.text("tyndall.settings").unwrap()).unwrap();
     assert_eq!(settings["techniques"], serde_json::json!(["hit", "nee"]));
     assert_eq!(settings["max_length"], 6, "the scene file's");
+    assert_eq!(settings["paths"], "ES*(D|M)*L");
     let png = std::fs::read(bench.path("Small-pt.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
 }

@@ -231,6 +231,39 @@ fn a_file_can_be_the_reference() {
 }
 
 #[test]
+fn references_have_the_paths_that_they_are_compared_with() {
+    let bench = Bench::new();
+    bench.write("experiment.toml", &EXPERIMENT.replace("runs = 3", "runs = 1"));
+    let references = || bench.files().into_iter().filter(|f| f.to_string_lossy().contains("/block-")).count();
+    let warned = |results: &Results| -> Vec<bool> {
+        let of = |w: &String| w.contains("those of the reference");
+        results.cells.iter().map(|c| c.warnings.iter().any(of)).collect()
+    };
+    bench.succeed("run experiment.toml --cache cache");
+    let all = references();
+    assert_eq!(results(&bench).scenes[0].reference.as_ref().unwrap().paths.as_deref(), Some("all"));
+    // The experiment's paths are the reference's.
+    bench.succeed("run experiment.toml --cache cache --set paths=E(S|D)+L");
+    let some = results(&bench);
+    assert!(references() > all, "another reference");
+    assert_eq!(some.scenes[0].reference.as_ref().unwrap().paths.as_deref(), Some("E(S|D)+L"));
+    assert!(some.estimators.iter().all(|e| e.settings.paths == "E(S|D)+L"));
+    assert_eq!(warned(&some), [false, false]);
+    let page = std::fs::read_to_string(bench.path("results/experiment/index.html")).unwrap();
+    assert!(page.contains("paths E(S|D)+L"));
+    // The same paths in other words: the same reference. One estimator with others is warned about.
+    let change = "--set paths=E(S|D)(S|D)*L --set estimator.pt.paths=surfaces";
+    let (_, err) = bench.succeed(&format!("run experiment.toml --cache cache {change}"));
+    assert!(err.contains("reference of 24 spp found"), "{err}");
+    assert_eq!(warned(&results(&bench)), [true, false]);
+    // The reference's own come before the experiment's.
+    let (_, err) =
+        bench.succeed("run experiment.toml --cache cache --set paths=surfaces --set reference.paths=E.*L");
+    assert!(err.contains("reference of 24 spp found"), "{err}");
+    assert_eq!(warned(&results(&bench)), [true, true]);
+}
+
+#[test]
 fn time_is_shared_out_evenly() {
     let bench = Bench::new();
     bench.succeed("run experiment.toml --set budget.seconds=0.2 --set runs=1");
@@ -308,6 +341,18 @@ fn wrong_experiments_are_pointed_at() {
         ("exposure = 0.5", "exposure = nan", &["experiment.toml:13:", "NaN"]),
         ("layers = \"families\"", "color = \"red\"", &["experiment.toml:", "#rrggbb"]),
         ("exposure = 0.5", "min_length = 9", &["minimum path length is 9"]),
+        ("runs = 3", "runs = 3\npaths = \"medai\"", &["experiment.toml:5:9", "did you mean `media`?"]),
+        (
+            "preset = \"pt\"",
+            "preset = \"pt\"\npaths = \"ES|DL\"",
+            &["experiment.toml:18:9", "column 3", "parentheses"],
+        ),
+        ("spp = 24", "spp = 24\npaths = \"SDL\"", &["experiment.toml:10:9", "column 1", "the lens"]),
+        (
+            "preset = \"bpt\"\nspp = 24",
+            "file = \"small/scene.toml\"\npaths = \"media\"",
+            &["experiment.toml:8:8", "not both"],
+        ),
     ] {
         assert!(EXPERIMENT.contains(from), "{from}");
         bench.write("experiment.toml", &EXPERIMENT.replacen(from, to, 1));

@@ -94,6 +94,11 @@ pub struct RenderArgs {
     /// Longest paths, in segments from light to lens [default: the scene's].
     #[arg(long, value_name = "K")]
     pub max_length: Option<u32>,
+    /// Which paths count: all, media (at least one scattering in a medium), surfaces (none), or a light path
+    /// expression from the lens to the light, such as ES*M(S|D|M)*L. E is the lens, S a specular event on a surface, D
+    /// any other, M scattering in a medium, L the light, and . any of S, D and M.
+    #[arg(long, value_name = "EXPR", default_value = "all")]
+    pub paths: String,
     /// Threads to render with [default: one a processor].
     #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,

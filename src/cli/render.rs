@@ -10,6 +10,7 @@ use crate::render::files::{Resolved, check_output, layered};
 use crate::render::{Budget, Job, Observer, Outcome};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
+use crate::transport::expression::Expression;
 use crate::transport::settings::{Heuristic, Settings};
 use crate::transport::technique::TechniqueSet;
 use glam::UVec2;
@@ -71,6 +72,7 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
     let defaults = scene.notes.defaults;
     settings.min_length = args.min_length.or(defaults.min_length).unwrap_or(settings.min_length);
     settings.max_length = args.max_length.or(defaults.max_length).unwrap_or(settings.max_length);
+    settings.paths = Expression::parse(&args.paths)?;
     settings.seed = args.seed;
     settings.layers = args.layers.into();
     settings.heuristic = match args.heuristic {

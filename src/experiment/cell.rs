@@ -291,12 +291,24 @@ impl SceneContext<'_> {
             ));
         }
         if let Some(truth) = self.truth {
-            self.warn_of_reference(truth, cell, &mut warnings);
+            self.warn_of_reference(truth, estimator, cell, &mut warnings);
         }
         warnings
     }
 
-    fn warn_of_reference(&self, truth: &Truth, cell: &Cell, warnings: &mut Vec<String>) {
+    fn warn_of_reference(
+        &self,
+        truth: &Truth,
+        estimator: &EstimatorPlan,
+        cell: &Cell,
+        warnings: &mut Vec<String>,
+    ) {
+        if let Some(its) = truth.paths.filter(|its| *its != estimator.paths) {
+            warnings.push(format!(
+                "its paths are `{}`, those of the reference `{its}`: a part of the error is that",
+                estimator.paths
+            ));
+        }
         let own = [Some(cell.min_length), Some(cell.max_length)];
         let its = [truth.lengths.min, truth.lengths.max];
         if own.iter().zip(&its).any(|(own, its)| its.is_some() && its != own) {

@@ -53,6 +53,9 @@ pub struct ExperimentFile {
     pub min_length: Option<Spanned<Count<1>>>,
     /// Longest paths, likewise.
     pub max_length: Option<Spanned<Count<1>>>,
+    /// Which paths count, unless the estimator's entry says otherwise: `all`, `media`, `surfaces` or a light path
+    /// expression such as `ES*M(S|D|M)*L`; default `all`.
+    pub paths: Option<Spanned<String>>,
     /// Width and height of the images in pixels, unless the scene's entry says otherwise; default: the scene file's.
     pub size: Option<[Count<1>; 2]>,
     /// Exposure at which images are shown, in stops, unless the scene's entry says otherwise; default 0.
@@ -158,6 +161,8 @@ pub struct EstimatorDef {
     pub min_length: Option<Spanned<Count<1>>>,
     /// Longest paths, in segments.
     pub max_length: Option<Spanned<Count<1>>>,
+    /// Which paths count, instead of the experiment's.
+    pub paths: Option<Spanned<String>>,
     /// Instead of the experiment's.
     pub layers: Option<Spanned<Layers>>,
     /// Instead of the experiment's.
@@ -176,6 +181,8 @@ pub struct ReferenceDef {
     pub preset: Option<Spanned<String>>,
     /// Keys of techniques.
     pub techniques: Option<Spanned<Vec<String>>>,
+    /// Which paths count; default: the experiment's. Estimators with other paths are warned about.
+    pub paths: Option<Spanned<String>>,
     /// Samples per pixel.
     pub spp: Option<Count<1>>,
     /// Seconds of rendering.

@@ -9,6 +9,7 @@ use crate::render::Budget;
 use crate::scene::RenderDefaults;
 use crate::scene::file::source::{Source, Span};
 use crate::scene::file::values::Count;
+use crate::transport::expression::Expression;
 use crate::transport::settings::{Heuristic, Layers, Settings};
 use crate::transport::technique::{PRESETS, TechniqueSet};
 use std::path::{Path, PathBuf};
@@ -94,6 +95,8 @@ pub enum ReferencePlan {
     Render {
         /// With these techniques.
         techniques: TechniqueSet,
+        /// Of these paths.
+        paths: Expression,
         /// At least this much.
         budget: Budget,
     },
@@ -116,6 +119,8 @@ pub struct EstimatorPlan {
     pub heuristic: Heuristic,
     /// The estimator's own.
     pub lengths: Lengths,
+    /// Which paths count: the estimator's own, else the experiment's.
+    pub paths: Expression,
     /// Which images are kept.
     pub layers: Layers,
     /// Longest paths with (s, t) layers, in segments.
@@ -293,10 +298,17 @@ impl Resolver<'_> {
             techniques,
             heuristic: self.heuristic(def)?,
             lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },
+            paths: self.paths(&def.paths)?,
             layers: self.layers(def)?,
             pyramid: self.file.figures.pyramid.as_ref().map_or(6, |p| p.get_ref()[1].0),
             budget,
         })
+    }
+
+    /// Which paths count: what is said, else the experiment's.
+    fn paths(&self, said: &Option<Spanned<String>>) -> Result<Expression> {
+        let Some(text) = said.as_ref().or(self.file.paths.as_ref()) else { return Ok(Expression::ALL) };
+        Expression::parse(text.get_ref()).map_err(|e| self.source.error(text.span(), e.to_string()))
     }
 
     fn heuristic(&self, def: &EstimatorDef) -> Result<Heuristic> {
@@ -388,8 +400,8 @@ impl Resolver<'_> {
     fn reference(&self, spanned: &Spanned<ReferenceDef>) -> Result<ReferencePlan> {
         let def = spanned.get_ref();
         if let Some(file) = &def.file {
-            if def.preset.is_some() || def.techniques.is_some() || def.spp.is_some() || def.seconds.is_some()
-            {
+            let rendered = [def.preset.is_some(), def.techniques.is_some(), def.paths.is_some()];
+            if rendered.contains(&true) || def.spp.is_some() || def.seconds.is_some() {
                 let message = "a reference is a `file` or an estimator with a budget, not both";
                 return Err(self.source.error(file.span(), message));
             }
@@ -409,7 +421,7 @@ impl Resolver<'_> {
                 return Err(self.source.error(spanned.span(), message));
             }
         };
-        Ok(ReferencePlan::Render { techniques, budget })
+        Ok(ReferencePlan::Render { techniques, paths: self.paths(&def.paths)?, budget })
     }
 
     fn figures(&self, estimators: &[EstimatorPlan], scenes: &[ScenePlan]) -> Figures {
@@ -491,6 +503,7 @@ impl Plan {
     ) -> Result<Settings> {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
+        settings.paths = estimator.paths;
         settings.layers = estimator.layers;
         settings.pyramid = estimator.pyramid;
         settings.seed = super::hash::seed(self.seed, &[&scene.key, &estimator.key, &run.to_string()]);

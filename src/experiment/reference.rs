@@ -1,8 +1,8 @@
 //! References: what estimators are measured against, read from a file or rendered once and kept.
 //!
 //! A rendered reference lies in a folder of its own, named by a hash of all that it depends on: the contents of the
-//! scene's files, size and crop, techniques, lengths of paths, seed, and the program's version. In it are blocks of
-//! iterations, each an EXR with mean and variance. When more samples are asked for than are there, further blocks
+//! scene's files, size and crop, techniques, which paths and of which lengths, seed, and the program's version. In
+//! it are blocks of iterations, each an EXR with mean and variance. When more samples are asked for than are there, further blocks
 //! are rendered; the blocks together are the weighted means of their images and variances. Blocks end at numbers of
 //! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
 
@@ -15,6 +15,7 @@ use crate::film::exr::{self, LayeredImage};
 use crate::render::files::{PROGRAM, Resolved, VARIANCE, layered, prepare_folder};
 use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
+use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +34,8 @@ pub struct Truth {
     pub seconds: Option<f64>,
     /// Bounds on the lengths of its paths, where known.
     pub lengths: Lengths,
+    /// Which paths it has, where known.
+    pub paths: Option<Expression>,
     /// Names its random numbers, where known.
     pub seed: Option<u64>,
     /// Whether it is short of what was asked for.
@@ -58,9 +61,10 @@ impl Maker<'_> {
         match &plan.reference {
             None => Ok(None),
             Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
-            Some(ReferencePlan::Render { techniques, budget }) => {
+            Some(ReferencePlan::Render { techniques, paths, budget }) => {
                 let defaults = Lengths::from(scene.notes.defaults);
                 let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
+                settings.paths = *paths;
                 settings.seed = REFERENCE_SEED;
                 self.render(plan, scene, settings, *budget).map(Some)
             }
@@ -75,7 +79,8 @@ impl Maker<'_> {
         budget: Budget,
     ) -> Result<Truth> {
         let resolved = Resolved::new(&plan.file, scene, &settings);
-        let dir = self.cache.join(format!("{}-{}", plan.key, &fingerprint(scene, &resolved)?[..16]));
+        let dir =
+            self.cache.join(format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]));
         prepare_folder(&dir)?;
         let mut sum = Sum::new(film_size(scene));
         for path in blocks(&dir)? {
@@ -107,6 +112,7 @@ impl Maker<'_> {
             spp: Some(sum.iterations),
             seconds: Some(sum.seconds),
             lengths: Lengths { min: Some(settings.min_length), max: Some(settings.max_length) },
+            paths: Some(settings.paths),
             seed: Some(settings.seed),
             partial: budget.goes_on(sum.iterations, sum.seconds),
         })
@@ -179,12 +185,18 @@ fn next_block(sum: &Sum, budget: Budget) -> u64 {
 }
 
 /// Hash of all that a reference depends on.
-fn fingerprint(scene: &Scene, resolved: &Resolved) -> Result<String> {
+fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Result<String> {
     let mut hasher = Hasher::default();
     hasher.field(PROGRAM.as_bytes());
-    // The scene goes in by contents, wherever it lies.
-    let settings = Resolved { scene: String::new(), ..resolved.clone() };
-    hasher.field(settings.json().as_bytes());
+    // The scene goes in by contents, wherever it lies; paths by which they are, however that is written. Where no path
+    // is left out the hash is that from before there were expressions, and references from then are found.
+    let words = Resolved { scene: String::new(), ..resolved.clone() };
+    let mut words = serde_json::to_value(words).expect("plain structs have a JSON form");
+    words.as_object_mut().expect("a struct is an object").shift_remove("paths");
+    hasher.field(words.to_string().as_bytes());
+    if !settings.paths.is_all() {
+        hasher.field(&settings.paths.fingerprint());
+    }
     for path in &scene.dependencies {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
         hasher.field(&bytes);
@@ -262,6 +274,7 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
         return Err(Error::file(path, format!("{bad} pixels are NaN or infinite: it cannot be a reference")));
     }
     let settings: Option<Resolved> = file.text("tyndall.settings").and_then(|t| serde_json::from_str(t).ok());
+    let paths = settings.as_ref().and_then(|s| Expression::parse(&s.paths).ok());
     let lengths =
         settings.map_or(Lengths::default(), |s| Lengths { min: Some(s.min_length), max: Some(s.max_length) });
     Ok(Truth {
@@ -270,6 +283,7 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
         spp: file.text("tyndall.iterations").and_then(|t| t.parse().ok()),
         seconds: file.text("tyndall.seconds").and_then(|t| t.parse().ok()),
         lengths,
+        paths,
         seed: file.text("tyndall.seed").and_then(|t| t.parse().ok()),
         partial: false,
         image,

@@ -25,6 +25,7 @@
 use crate::error::{Error, Result};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
+use crate::render::files::all_paths;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -156,6 +157,9 @@ pub struct Reference {
     pub variance: Option<f64>,
     /// Whether it is still short of the samples that were asked for.
     pub partial: bool,
+    /// Which paths it has: `all`, or a light path expression; none where that is not known.
+    #[serde(default)]
+    pub paths: Option<String>,
 }
 
 /// Where a reference comes from.
@@ -194,6 +198,9 @@ pub struct EstimatorSettings {
     pub min_length: Option<u32>,
     /// Longest paths, in segments; none: the scene's.
     pub max_length: Option<u32>,
+    /// Which paths count: `all`, or the light path expression as it was given.
+    #[serde(default = "all_paths")]
+    pub paths: String,
     /// `none`, `families` or `all`.
     pub layers: String,
     /// With layers `all`: (s, t) layers for paths of up to so many segments.

@@ -219,6 +219,7 @@ fn estimator_info(estimator: &EstimatorPlan) -> EstimatorInfo {
             heuristic: heuristic_text(estimator.heuristic),
             min_length: estimator.lengths.min,
             max_length: estimator.lengths.max,
+            paths: estimator.paths.to_string(),
             layers: layers.to_owned(),
             pyramid: estimator.pyramid,
             budget: estimator.budget,
@@ -254,5 +255,6 @@ fn write_reference(out: &Path, entry: &ScenePlan, scene: &Scene, truth: &Truth) 
         seconds: truth.seconds,
         variance: truth.variance.as_ref().map(mean),
         partial: truth.partial,
+        paths: truth.paths.map(|p| p.to_string()),
     })
 }

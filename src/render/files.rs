@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::exr::LayeredImage;
 use crate::scene::Scene;
+use crate::transport::expression::Expression;
 use crate::transport::settings::{Heuristic, Layers, Settings};
 use crate::transport::technique::Technique;
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,9 @@ pub struct Resolved {
     pub min_length: u32,
     /// Longest paths, in segments.
     pub max_length: u32,
+    /// Which paths counted: a light path expression, as it was given.
+    #[serde(default = "all_paths")]
+    pub paths: String,
     /// Names the random numbers; as text, since TOML has no such large numbers.
     pub seed: String,
     /// Which images were kept.
@@ -54,6 +58,7 @@ impl Resolved {
             heuristic: heuristic_text(settings.heuristic),
             min_length: settings.min_length,
             max_length: settings.max_length,
+            paths: settings.paths.to_string(),
             seed: settings.seed.to_string(),
             layers: settings.layers,
             pyramid: settings.pyramid,
@@ -64,6 +69,11 @@ impl Resolved {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("plain structs have a JSON form")
     }
+}
+
+/// What files say that were written before paths could be left out.
+pub fn all_paths() -> String {
+    Expression::ALL.to_string()
 }
 
 /// `balance`, or `power 2`.

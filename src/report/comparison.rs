@@ -11,6 +11,7 @@ use crate::experiment::results::{MetricInfo, Reference, ReferenceKind};
 use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
 use crate::film::{Image, ScalarImage};
+use crate::render::files::all_paths;
 
 /// Images are shown whole up to this many pixels a side.
 const IMAGE_SIDE: usize = 1920;
@@ -189,6 +190,9 @@ fn reference_facts(reference: &Reference) -> Vec<String> {
         ReferenceKind::File(path) => vec![format!("file {path}")],
         ReferenceKind::Estimator(key) => vec![format!("rendered by {key}")],
     };
+    if let Some(paths) = reference.paths.as_deref().filter(|p| *p != all_paths()) {
+        first.push(format!("paths {paths}"));
+    }
     let mut second = Vec::new();
     if let Some(spp) = reference.spp {
         second.push(format!("{} spp", count(spp)));

@@ -70,7 +70,7 @@ fn lengths(s: &EstimatorSettings) -> String {
 
 fn settings(results: &Results, m: &mut Markup) {
     let headings =
-        ["estimator", "key", "techniques", "heuristic", "path lengths", "budget of a run", "layers"];
+        ["estimator", "key", "techniques", "heuristic", "paths", "path lengths", "budget of a run", "layers"];
     table(m, "settings of the estimators", &headings, |m| {
         for (i, e) in results.estimators.iter().enumerate() {
             let s = &e.settings;
@@ -90,6 +90,7 @@ fn settings(results: &Results, m: &mut Markup) {
                     e.key.clone(),
                     techniques.join(", "),
                     s.heuristic.clone(),
+                    s.paths.clone(),
                     lengths(s),
                     budget(&s.budget),
                     layers,

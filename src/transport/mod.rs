@@ -2,6 +2,7 @@
 //! number of threads.
 
 pub mod camera_path;
+pub mod expression;
 pub mod iteration;
 pub mod light_path;
 pub mod mis;
@@ -10,6 +11,7 @@ pub mod sink;
 pub mod technique;
 pub mod walk;
 
+pub use expression::{Expression, Label};
 pub use iteration::{IterationStats, Renderer};
 pub use settings::{Heuristic, Layers, Settings};
 pub use technique::{Technique, TechniqueSet};

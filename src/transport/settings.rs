@@ -1,5 +1,6 @@
 //! What a render is asked for.
 
+use super::expression::Expression;
 use super::technique::{Technique, TechniqueSet};
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,8 @@ pub struct Settings {
     pub min_length: u32,
     /// Longest path that counts, in segments; default 64.
     pub max_length: u32,
+    /// Which paths count; default all.
+    pub paths: Expression,
     /// Names the run: runs with different seeds share no random numbers; default 0.
     pub seed: u64,
     /// Which images are kept; default none but the combined one.
@@ -57,6 +60,7 @@ impl Settings {
             heuristic: Heuristic::Balance,
             min_length: 1,
             max_length: 64,
+            paths: Expression::ALL,
             seed: 0,
             layers: Layers::None,
             pyramid: 6,

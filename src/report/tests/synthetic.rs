@@ -264,6 +264,7 @@ fn scene(dir: &Path, key: &str, label: &str, options: &Options, reference: &Imag
             seconds: Some(557.0),
             variance: Some(3e-6),
             partial: false,
+            paths: Some("all".into()),
         }),
         warnings: Vec::new(),
     }
@@ -285,6 +286,7 @@ fn info(e: usize, key: &str, label: &str) -> EstimatorInfo {
             heuristic: "balance".into(),
             min_length: None,
             max_length: Some(64),
+            paths: if e == 1 { "ES*M(S|D|M)*L".into() } else { "all".into() },
             layers: "all".into(),
             pyramid: 5,
             budget: Budget::Seconds(0.7),
