@@ -13,6 +13,7 @@
 //!
 //! Transmittance over that factor, times σ_t at a collision, is at most 3 in every channel.
 
+use super::decay::decay;
 use crate::math::Rgb;
 use glam::Vec2;
 
@@ -38,7 +39,7 @@ impl Passage {
     /// `scatters`.
     #[inline]
     pub fn then(self, depth: Rgb, scatters: bool) -> Self {
-        let passed = (-depth).exp();
+        let passed = decay(depth);
         Self {
             transmittance: self.transmittance * passed,
             survival: if scatters { self.survival * passed } else { self.survival },

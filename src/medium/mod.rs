@@ -11,6 +11,7 @@
 //! ends no edge and dims what crosses it by its exact transmittance. [`free_flight`] says how distances are drawn
 //! along an edge that crosses several media, and with what density.
 
+mod decay;
 pub mod free_flight;
 pub mod homogeneous;
 pub mod phase;

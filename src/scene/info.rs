@@ -1,10 +1,13 @@
 //! What is in a scene, for `tyndall info`: as text for people and as JSON for programs.
 
+mod media;
+
+pub use media::MediumInfo;
+
 use super::Scene;
 use crate::bsdf::Material;
 use crate::geometry::{ShapeKind, ShapeStats};
 use crate::math::RgbExt;
-use crate::medium::Medium;
 use glam::Vec3A;
 use serde::Serialize;
 use std::fmt;
@@ -112,27 +115,6 @@ pub struct LightInfo {
     pub share: f32,
 }
 
-/// A medium. What is infinite is `null` in JSON.
-#[derive(Clone, Debug, Serialize)]
-pub struct MediumInfo {
-    /// Its name.
-    pub name: String,
-    /// What kind it is.
-    pub kind: &'static str,
-    /// Mean distance to a collision, each channel.
-    pub mean_free_path: [f32; 3],
-    /// The same in diagonals of the scene's extent; `None` without a shape.
-    pub free_path_of_extent: Option<[f32; 3]>,
-    /// The share of collisions that scatter, each channel.
-    pub albedo: [f32; 3],
-    /// The phase function in words.
-    pub phase: String,
-    /// Mean cosine of the deflection, g: 1 straight on, -1 straight back.
-    pub mean_cosine: f32,
-    /// Radiance that a metre emits, W/(sr m³).
-    pub emission: [f32; 3],
-}
-
 /// How large a scene is.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExtentInfo {
@@ -173,7 +155,7 @@ impl SceneInfo {
             triangles,
             materials: materials(scene),
             lights: lights(scene),
-            media: media(scene),
+            media: media::media(scene),
             extent: extent(scene),
             memory: MemoryInfo {
                 acceleration: scene.geometry.acceleration_bytes(),
@@ -257,24 +239,6 @@ fn materials(scene: &Scene) -> Vec<MaterialInfo> {
     scene.materials.iter().enumerate().map(info).collect()
 }
 
-fn media(scene: &Scene) -> Vec<MediumInfo> {
-    let diagonal = extent(scene).map(|e| e.diagonal);
-    let info = |(name, medium): (&String, &Medium)| {
-        let summary = medium.summary();
-        MediumInfo {
-            name: name.clone(),
-            kind: summary.kind,
-            mean_free_path: summary.mean_free_path.into(),
-            free_path_of_extent: diagonal.map(|d| (summary.mean_free_path / d).into()),
-            albedo: summary.albedo.into(),
-            phase: summary.phase,
-            mean_cosine: summary.mean_cosine,
-            emission: summary.emission.into(),
-        }
-    };
-    scene.notes.medium_names.iter().zip(&scene.media).map(info).collect()
-}
-
 fn lights(scene: &Scene) -> Vec<LightInfo> {
     let info = |(i, light): (usize, &crate::light::Light)| LightInfo {
         name: scene.notes.light_names.get(i).cloned().unwrap_or_default(),
@@ -330,7 +294,7 @@ impl fmt::Display for SceneInfo {
             writeln!(f, "media     none")?;
         }
         self.write_tables(f)?;
-        self.write_media(f)?;
+        media::write(&self.media, f)?;
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;
         }
@@ -370,33 +334,6 @@ impl SceneInfo {
         let w = width(&mut self.lights.iter().map(|l| &l.name));
         for LightInfo { name, kind, power, share } in &self.lights {
             writeln!(f, "  {name:<w$}  {kind:<11}  {power:>12.4} W  {:>5.1} % of the power", 100.0 * share)?;
-        }
-        Ok(())
-    }
-}
-
-impl SceneInfo {
-    fn write_media(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self.media.len() {
-            0 => return Ok(()),
-            1 => writeln!(f, "\n1 medium")?,
-            n => writeln!(f, "\n{n} media")?,
-        }
-        let w = self.media.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).max(6);
-        for m in &self.media {
-            let (name, kind, phase) = (&m.name, m.kind, &m.phase);
-            let [r, g, b] = m.albedo;
-            writeln!(f, "  {name:<w$}  {kind:<11}  albedo {r:.3} {g:.3} {b:.3}, {phase}")?;
-            let [r, g, b] = m.mean_free_path;
-            write!(f, "  {:<w$}  mean free path {r:.4} {g:.4} {b:.4} m", "")?;
-            if let Some([r, g, b]) = m.free_path_of_extent {
-                write!(f, ", {r:.4} {g:.4} {b:.4} of the extent's diagonal")?;
-            }
-            writeln!(f)?;
-            let [r, g, b] = m.emission;
-            if [r, g, b] != [0.0; 3] {
-                writeln!(f, "  {:<w$}  emits {r:.4} {g:.4} {b:.4} W/(sr m³)", "")?;
-            }
         }
         Ok(())
     }
