@@ -10,6 +10,8 @@ pub struct TriangleMesh {
     pub(super) normals: Option<Vec<Vec3>>,
     uvs: Option<Vec<Vec2>>,
     indices: Vec<[u32; 3]>,
+    /// Unit normals of the triangles.
+    facets: Vec<Vec3>,
     dropped: usize,
 }
 
@@ -60,7 +62,9 @@ impl TriangleMesh {
         if indices.is_empty() {
             return Err(format!("the mesh has no triangle with an area ({before} without)"));
         }
-        Ok(Self { positions, normals, uvs, dropped: before - indices.len(), indices })
+        let facet = |t: &[u32; 3]| cross(t.map(|i| positions[i as usize])).normalize().as_vec3();
+        let facets = indices.iter().map(facet).collect();
+        Ok(Self { positions, normals, uvs, dropped: before - indices.len(), indices, facets })
     }
 
     /// A parallelogram of two triangles: `corner` + u·`edge_u` + v·`edge_v`, u and v in [0, 1], also its texture
@@ -158,6 +162,12 @@ impl TriangleMesh {
     #[inline]
     pub(super) fn corners(&self, i: usize) -> [Vec3; 3] {
         self.indices[i].map(|v| self.positions[v as usize])
+    }
+
+    /// Unit normal of triangle `i`.
+    #[inline]
+    pub(super) fn facet(&self, i: usize) -> Vec3A {
+        self.facets[i].into()
     }
 
     /// Shading normal (not yet of unit length; `None` for a flat mesh) and texture coordinates at barycentric

@@ -1,9 +1,20 @@
 //! Points drawn on shapes.
 
 use super::quadric::{Disc, Sphere};
+use super::shape::triangle_point;
 use super::{Geometry, Shape, ShapeDesc, SurfacePoint};
 use crate::math::{Discrete, warp};
-use glam::{Vec2, Vec3A};
+use glam::{DVec3, Vec2, Vec3A};
+
+/// A point on a shape, without what only materials ask for.
+pub(crate) struct Place {
+    /// Position, within a rounding of f32 of the true surface (metres).
+    pub p: Vec3A,
+    /// Unit geometric normal on the outside.
+    pub ng: Vec3A,
+    /// Which primitive, counted over all shapes.
+    pub prim: u32,
+}
 
 impl Geometry {
     /// Area of a shape in m².
@@ -16,39 +27,93 @@ impl Geometry {
     pub fn sample_area(&self, shape: u32, u: Vec2) -> SurfacePoint {
         let s = &self.shapes[shape as usize];
         match s.desc {
-            ShapeDesc::Sphere { centre, radius } => Sphere { centre, radius }.sample_area(u, shape, s.first),
+            ShapeDesc::Sphere { centre, radius } => {
+                let sphere = Sphere { centre, radius };
+                sphere.point(sphere.sample_area(u), shape, s.first)
+            }
             ShapeDesc::Disc { centre, normal, radius } => {
-                Disc { centre, normal, radius }.sample_area(u, shape, s.first)
+                let disc = Disc { centre, normal, radius };
+                disc.point(disc.sample_area(u), shape, s.first)
             }
             ShapeDesc::Mesh(ref mesh) => {
-                let (i, rest) = s.picker().map_or((0, u.x), |picker| picker.sample(u.x));
-                let b = warp::uniform_triangle(Vec2::new(rest, u.y));
+                let (i, b) = s.sample_triangle(u);
                 self.triangle(s.first + i as u32, mesh.corners(i), b)
             }
         }
+    }
+
+    /// As [`Self::sample_area`], of the point only what a light needs: it takes a fraction of the time.
+    #[inline]
+    pub(crate) fn sample_place(&self, shape: u32, u: Vec2) -> Place {
+        let s = &self.shapes[shape as usize];
+        let ((p, ng), prim) = match s.desc {
+            ShapeDesc::Sphere { centre, radius } => {
+                let sphere = Sphere { centre, radius };
+                (sphere.place(sphere.sample_area(u)), s.first)
+            }
+            ShapeDesc::Disc { centre, normal, radius } => {
+                let disc = Disc { centre, normal, radius };
+                (disc.place(disc.sample_area(u)), s.first)
+            }
+            ShapeDesc::Mesh(ref mesh) => {
+                let (i, b) = s.sample_triangle(u);
+                ((triangle_point(mesh.corners(i), b), mesh.facet(i)), s.first + i as u32)
+            }
+        };
+        Place { p, ng, prim }
     }
 
     /// A point on a shape for light that goes to `from`, and its density per area. On a sphere seen from outside:
     /// uniform in the cone of directions that see it. Otherwise uniform over the area. `None` where the density is 0
     /// (a point at the very rim).
     pub fn sample_toward(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(SurfacePoint, f32)> {
-        let s = &self.shapes[shape as usize];
-        let cone = match s.desc {
-            ShapeDesc::Sphere { centre, radius } => {
-                Sphere { centre, radius }.sample_cone(from, u, shape, s.first)
-            }
-            ShapeDesc::Disc { .. } | ShapeDesc::Mesh(_) => None,
+        let point = match self.sample_cone(shape, from, u) {
+            Some((sphere, n)) => sphere.point(n, shape, self.shapes[shape as usize].first),
+            None => self.sample_area(shape, u),
         };
-        let point = cone.unwrap_or_else(|| self.sample_area(shape, u));
         let pdf = self.pdf_toward(shape, from, &point);
         (pdf > 0.0).then_some((point, pdf))
     }
 
+    /// As [`Self::sample_toward`], of the point only what a light needs.
+    #[inline]
+    pub(crate) fn sample_place_toward(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(Place, f32)> {
+        let place = match self.sample_cone(shape, from, u) {
+            Some((sphere, n)) => {
+                let (p, ng) = sphere.place(n);
+                Place { p, ng, prim: self.shapes[shape as usize].first }
+            }
+            None => self.sample_place(shape, u),
+        };
+        let pdf = self.pdf_place_toward(shape, from, (place.p, place.ng));
+        (pdf > 0.0).then_some((place, pdf))
+    }
+
+    /// Of a sphere seen from outside: the direction from its centre to a point that is uniform in the cone of
+    /// directions in which `from` sees it.
+    #[inline]
+    fn sample_cone(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(Sphere, DVec3)> {
+        match self.shapes[shape as usize].desc {
+            ShapeDesc::Sphere { centre, radius } => {
+                let sphere = Sphere { centre, radius };
+                Some((sphere, sphere.sample_cone(from, u)?))
+            }
+            ShapeDesc::Disc { .. } | ShapeDesc::Mesh(_) => None,
+        }
+    }
+
     /// Density per area with which [`Self::sample_toward`] gives `point` from `from`.
+    #[inline]
     pub fn pdf_toward(&self, shape: u32, from: Vec3A, point: &SurfacePoint) -> f32 {
+        self.pdf_place_toward(shape, from, (point.p, point.ng))
+    }
+
+    /// As [`Self::pdf_toward`], of a position and the normal there.
+    #[inline]
+    pub(crate) fn pdf_place_toward(&self, shape: u32, from: Vec3A, place: (Vec3A, Vec3A)) -> f32 {
         let s = &self.shapes[shape as usize];
         let cone = match s.desc {
-            ShapeDesc::Sphere { centre, radius } => Sphere { centre, radius }.pdf_cone(from, point),
+            ShapeDesc::Sphere { centre, radius } => Sphere { centre, radius }.pdf_cone(from, place),
             ShapeDesc::Disc { .. } | ShapeDesc::Mesh(_) => None,
         };
         cone.unwrap_or(1.0 / s.area)
@@ -56,6 +121,13 @@ impl Geometry {
 }
 
 impl Shape {
+    /// A triangle by area, and barycentric coordinates of its second and third corner, uniform over it.
+    #[inline]
+    fn sample_triangle(&self, u: Vec2) -> (usize, Vec2) {
+        let (i, rest) = self.picker().map_or((0, u.x), |picker| picker.sample(u.x));
+        (i, warp::uniform_triangle(Vec2::new(rest, u.y)))
+    }
+
     /// The triangles of a mesh by area.
     fn picker(&self) -> Option<&Discrete> {
         let make = || match &self.desc {

@@ -5,7 +5,7 @@ use super::mesh::TriangleMesh;
 use super::quadric::{Disc, Sphere};
 use super::ray::{Ray, offset_origin};
 use super::transform;
-use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, Vec2, Vec3, Vec3A};
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -152,14 +152,12 @@ impl ShapeDesc {
     }
 }
 
-/// Position and unit normal of a triangle at barycentric coordinates of its second and third corner, in f64, so that
-/// the position lies in the triangle's plane up to one rounding, however large the triangle is.
+/// Position of barycentric coordinates of a triangle's second and third corner, in f64, so that it lies in the
+/// triangle's plane up to one rounding, however large the triangle is.
 #[inline]
-pub(super) fn triangle_point(corners: [Vec3; 3], b: Vec2) -> (Vec3A, Vec3A) {
+pub(super) fn triangle_point(corners: [Vec3; 3], b: Vec2) -> Vec3A {
     let [a, b1, b2] = corners.map(|v| v.as_dvec3());
-    let (e1, e2): (DVec3, DVec3) = (b1 - a, b2 - a);
-    let p = a + e1 * f64::from(b.x) + e2 * f64::from(b.y);
-    (p.as_vec3a(), e1.cross(e2).normalize().as_vec3a())
+    (a + (b1 - a) * f64::from(b.x) + (b2 - a) * f64::from(b.y)).as_vec3a()
 }
 
 /// The point of a mesh's triangle, whose `corners` are at hand, with all that belongs to it.
@@ -172,7 +170,7 @@ pub(super) fn mesh_point(
     shape: u32,
     prim: u32,
 ) -> SurfacePoint {
-    let (p, ng) = triangle_point(corners, b);
+    let (p, ng) = (triangle_point(corners, b), mesh.facet(triangle));
     let (ns, uv) = mesh.attributes(triangle, b);
     let ns = match ns.and_then(Vec3A::try_normalize) {
         Some(ns) if ns.dot(ng) >= 0.0 => ns,

@@ -145,7 +145,7 @@ impl Lights {
         let light = i as u32;
         match &self.lights[i] {
             Light::Area(l) => {
-                let s = geometry.sample_area(l.shape, u_pos);
+                let s = geometry.sample_place(l.shape, u_pos);
                 let (dir, n, pdf_dir) = l.sample_direction(s.ng, u_dir);
                 let point = LightPoint { p: s.p, n, light, prim: s.prim };
                 let pdf_pos = select * self.inv_areas[i];
@@ -204,7 +204,7 @@ impl Lights {
         let light = i as u32;
         match &self.lights[i] {
             Light::Area(l) => {
-                let (s, pdf) = geometry.sample_toward(l.shape, from, u)?;
+                let (s, pdf) = geometry.sample_place_toward(l.shape, from, u)?;
                 let (dir, distance) = direction(from, s.p)?;
                 let radiance = l.emitted(s.ng, -dir);
                 if radiance.is_black() || pdf <= 0.0 {
@@ -282,11 +282,7 @@ impl Lights {
         let i = lp.light as usize;
         let select = self.selection.pdf(i);
         match &self.lights[i] {
-            Light::Area(l) => {
-                let (p, n) = (lp.p, lp.n);
-                let point = SurfacePoint { p, ng: n, ns: n, uv: Vec2::ZERO, shape: l.shape, prim: lp.prim };
-                select * geometry.pdf_toward(l.shape, from, &point)
-            }
+            Light::Area(l) => select * geometry.pdf_place_toward(l.shape, from, (lp.p, lp.n)),
             Light::Point(_) | Light::Spot(_) | Light::Directional(_) => select,
             Light::Environment(l) => select * l.pdf(lp.n),
         }

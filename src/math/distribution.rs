@@ -57,8 +57,15 @@ impl Discrete {
     /// An entry and what is left of `u`, uniform in [0, 1) again. `u` in [0, 1).
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {
+        if self.probability.len() == 1 {
+            return (0, u);
+        }
         // The first entry whose upper end lies above u has positive probability.
-        let i = self.cdf[1..].partition_point(|c| *c <= u).min(self.probability.len() - 1);
+        let ends = &self.cdf[1..];
+        let i = match ends {
+            [first, _] => usize::from(*first <= u),
+            _ => ends.partition_point(|c| *c <= u).min(ends.len() - 1),
+        };
         let (lo, hi) = (self.cdf[i], self.cdf[i + 1]);
         let rest = if hi > lo { (u - lo) / (hi - lo) } else { 0.0 };
         (i, rest.clamp(0.0, 1.0 - f32::EPSILON / 2.0))

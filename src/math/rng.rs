@@ -41,7 +41,13 @@ impl Stream {
         for word in [seed, iteration, kind as u64, index] {
             h = mix(h.wrapping_add(GOLDEN) ^ mix(word.wrapping_add(GOLDEN)));
         }
-        Self(Xoshiro256PlusPlus::seed_from_u64(h))
+        // As `seed_from_u64` does, which is not inlined.
+        let mut state = [0; 32];
+        for word in state.chunks_exact_mut(8) {
+            h = h.wrapping_add(GOLDEN);
+            word.copy_from_slice(&mix(h).to_le_bytes());
+        }
+        Self(Xoshiro256PlusPlus::from_seed(state))
     }
 
     /// Uniform in [0, 1), a multiple of 2^-24.

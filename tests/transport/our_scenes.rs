@@ -1,11 +1,12 @@
 //! Rung 3 on the scenes of `scenes/`: pt = bpt, on the mean of the image and of each tile.
 //!
 //! A short run is part of the suite. `TYNDALL_STUDY=1` asks for the long one (scripts/README.md), in which every scene
-//! gets as many iterations as a pilot says are needed to see a bias of 0.5% of the image mean.
+//! gets as many iterations as a pilot says are needed to see a bias of 0.5% of the image mean, up to [`MOST`].
 
 use crate::measure::{Means, runs};
 use glam::UVec2;
 use std::path::Path;
+use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::{Settings, TechniqueSet};
 
@@ -13,19 +14,62 @@ use tyndall::transport::{Settings, TechniqueSet};
 struct Case {
     scene: &'static str,
     sets: [&'static str; 2],
+    /// Pieces of the scene file and what stands in their place, with a word for it.
+    variant: Option<(&'static str, &'static [[&'static str; 2]])>,
 }
+
+impl Case {
+    const fn new(scene: &'static str, sets: [&'static str; 2]) -> Self {
+        Self { scene, sets, variant: None }
+    }
+
+    fn load(&self) -> Scene {
+        let mut path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(self.scene);
+        let folder = tempfile::tempdir().expect("a folder");
+        if let Some((_, changes)) = self.variant {
+            let mut text = std::fs::read_to_string(path.join("scene.toml")).expect("a scene file");
+            for [from, to] in changes {
+                assert_eq!(text.matches(from).count(), 1, "{}: {from}", self.scene);
+                text = text.replace(from, to);
+            }
+            path = folder.path().join("scene.toml");
+            std::fs::write(&path, text).expect("a copy of the scene");
+        }
+        load(&path, &Overrides { size: Some(UVec2::new(32, 24)) }).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn name(&self) -> String {
+        let variant = self.variant.map_or(String::new(), |(word, _)| format!(", {word}"));
+        format!("{}{variant}: {} and {}", self.scene, self.sets[0], self.sets[1])
+    }
+}
+
+/// The lamp of mirror-caustic is so small that camera paths all but never find it through the glass, which is what the
+/// scene is for, but also why its mean would take days to tell to 0.5%. So there is a variant in which the lamp has 50
+/// times the area and the same power.
+const LARGE_LAMP: (&str, &[[&str; 2]]) = (
+    "large lamp",
+    &[
+        ["radius = 0.035", "radius = 0.245"],
+        ["emission = [1400, 1230, 1000]", "emission = [28.57, 25.1, 20.41]"],
+    ],
+);
 
 /// In our scenes no light that is a point or a direction shines straight on glass or a mirror, so path tracing can
 /// make every path.
-const CASES: [Case; 7] = [
-    Case { scene: "cornell", sets: ["pt", "bpt"] },
-    Case { scene: "mirror-caustic", sets: ["pt", "bpt"] },
-    Case { scene: "furnace", sets: ["pt", "bpt"] },
-    Case { scene: "furnace", sets: ["lt", "bpt"] },
-    Case { scene: "veach-room", sets: ["pt", "bpt"] },
-    Case { scene: "vessels", sets: ["pt", "bpt"] },
-    Case { scene: "lights", sets: ["pt", "bpt"] },
+const CASES: [Case; 8] = [
+    Case::new("cornell", ["pt", "bpt"]),
+    Case { variant: Some(LARGE_LAMP), ..Case::new("mirror-caustic", ["pt", "bpt"]) },
+    Case::new("furnace", ["pt", "bpt"]),
+    Case::new("furnace", ["lt", "bpt"]),
+    Case::new("veach-room", ["pt", "bpt"]),
+    Case::new("vessels", ["pt", "bpt"]),
+    Case::new("lights", ["pt", "bpt"]),
+    Case::new("mirror-caustic", ["pt", "bpt"]),
 ];
+
+/// Iterations of the long study, at most. A scene that would need more is told by what it can see with as many.
+const MOST: u64 = 3000;
 
 const RUNS: u64 = 24;
 
@@ -33,9 +77,7 @@ const RUNS: u64 = 24;
 fn our_scenes_agree() {
     let study = std::env::var_os("TYNDALL_STUDY").is_some();
     for case in &CASES {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(case.scene);
-        let overrides = Overrides { size: Some(UVec2::new(32, 24)) };
-        let scene = load(&folder, &overrides).unwrap_or_else(|e| panic!("{e}"));
+        let scene = case.load();
         let means = |which: usize, seed, iterations| {
             let set = TechniqueSet::parse(case.sets[which].split(',')).expect("known names");
             let settings = Settings { max_length: 16, seed, ..Settings::new(set) };
@@ -43,16 +85,17 @@ fn our_scenes_agree() {
         };
         let pilot = 16;
         let (a, b) = (means(0, 1, pilot), means(1, 2, pilot));
-        let what = format!("{}: {} and {}", case.scene, case.sets[0], case.sets[1]);
+        let what = case.name();
         a.assert_same(&b, &what, f64::INFINITY);
         let seen = a.detectable(&b);
         if study {
             // A third more than the pilot's variance asks for.
-            let iterations = (pilot as f64 * (seen / 0.005).powi(2) * 1.33).ceil() as u64;
+            let needed = (pilot as f64 * (seen / 0.005).powi(2) * 1.33).ceil() as u64;
+            let iterations = needed.min(MOST);
             let (a, b) = (means(0, 3, iterations), means(1, 4, iterations));
-            a.assert_same(&b, &what, 0.005);
+            a.assert_same(&b, &what, if needed > MOST { f64::INFINITY } else { 0.005 });
             println!(
-                "{what}: {:+.5}, detectable {:.5}, {iterations} iterations",
+                "{what}: {:+.5}, detectable {:.5}, {iterations} iterations of {needed} for 0.005",
                 a.difference(&b),
                 a.detectable(&b)
             );

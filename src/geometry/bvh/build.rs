@@ -15,6 +15,9 @@ const BLOCK_COST: f32 = 1.3;
 /// Expected cost of testing a sphere or a disc, beside that.
 const ROUND_COST: f32 = 1.0;
 
+/// Leaves up to which testing all of them is faster than a tree.
+const FLAT: usize = 8;
+
 /// The cheapest ways to turn the subtree of a binary node into at most 1, 2, 3, 4 subtrees of the new tree.
 #[derive(Clone, Copy, Default)]
 struct Plan {
@@ -40,7 +43,10 @@ impl Bvh {
     /// Over primitives, each with its index over all shapes.
     pub(in super::super) fn build(primitives: &[(Primitive, u32)]) -> Self {
         if primitives.is_empty() {
-            return Self::default();
+            return Self { flat: true, ..Self::default() };
+        }
+        if let Some(bvh) = Self::flat(primitives) {
+            return bvh;
         }
         let boxes: Vec<_> = primitives.iter().map(|(p, _)| p.bounds()).collect();
         let bounds = boxes.iter().copied().reduce(Aabb::union);
@@ -62,6 +68,26 @@ impl Bvh {
         bvh.stack = stack + 1;
         bvh.bounds = bounds;
         bvh
+    }
+}
+
+impl Bvh {
+    /// The leaves alone, where there are no more than [`FLAT`].
+    fn flat(primitives: &[(Primitive, u32)]) -> Option<Self> {
+        let mut bvh = Self { flat: true, ..Self::default() };
+        let mut triangles = Vec::new();
+        if primitives.len() > FLAT * LANES {
+            return None;
+        }
+        for (primitive, index) in primitives {
+            match *primitive {
+                Primitive::Triangle(corners) => triangles.push((corners, *index)),
+                Primitive::Sphere(s) => bvh.spheres.push((s, *index)),
+                Primitive::Disc(d) => bvh.discs.push((d, *index)),
+            }
+        }
+        bvh.blocks = triangles.chunks(LANES).map(Block::new).collect();
+        (bvh.blocks.len() + bvh.spheres.len() + bvh.discs.len() <= FLAT).then_some(bvh)
     }
 }
 

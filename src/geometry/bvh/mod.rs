@@ -96,6 +96,8 @@ pub(super) struct Bvh {
     /// Entries that the stack of a traversal can come to hold.
     stack: usize,
     bounds: Option<Aabb>,
+    /// There are so few leaves that no tree is needed.
+    flat: bool,
 }
 
 impl Bvh {
@@ -122,7 +124,7 @@ mod tests {
             let line = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
             let mut t = ray.t_max;
             for block in &self.blocks {
-                t = block.hit(ray, &shear, t).map_or(t, |h| h.0);
+                t = block.hit::<false>(ray, &shear, t).map_or(t, |h| h.0);
             }
             for (sphere, _) in &self.spheres {
                 t = sphere.hit(line, f64::from(t)).map_or(t, |h| h as f32);

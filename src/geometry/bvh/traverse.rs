@@ -1,5 +1,6 @@
 //! Rays through the tree.
 
+use super::super::quadric::{Disc, Sphere};
 use super::super::ray::Ray;
 use super::super::triangle::Shear;
 use super::{Bvh, Child, Found, Leaf, Node};
@@ -57,10 +58,10 @@ impl Bvh {
         self.walk::<true>(ray, &mut found)
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn walk<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
-        if self.nodes.is_empty() {
-            return false;
+        if self.flat {
+            return self.walk_flat::<ANY>(ray, found);
         }
         // Clearing a stack takes time, beside a query in a small scene.
         match self.stack {
@@ -69,6 +70,32 @@ impl Bvh {
             49..=128 => self.walk_with::<ANY>(ray, found, &mut [0; 128]),
             _ => self.walk_deep::<ANY>(ray, found),
         }
+    }
+
+    /// All leaves one after the other.
+    #[inline(always)]
+    fn walk_flat<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        let mut any = false;
+        for (i, (sphere, _)) in self.spheres.iter().enumerate() {
+            any |= Self::take(round(sphere, ray, found.t), Child::new(Child::SPHERE, i), found);
+            if ANY && any {
+                return true;
+            }
+        }
+        for (i, (disc, _)) in self.discs.iter().enumerate() {
+            any |= Self::take(flat(disc, ray, found.t), Child::new(Child::DISC, i), found);
+            if ANY && any {
+                return true;
+            }
+        }
+        let shear = Shear::new(ray);
+        for (i, block) in self.blocks.iter().enumerate() {
+            any |= Self::take(block.hit::<ANY>(ray, &shear, found.t), Child::new(Child::BLOCK, i), found);
+            if ANY && any {
+                return true;
+            }
+        }
+        any
     }
 
     /// For trees of unusual depth: a stack on the heap.
@@ -102,7 +129,7 @@ impl Bvh {
                     current = Child(entries[0] as u32);
                     continue;
                 }
-            } else if self.test(current, ray, &query, found) {
+            } else if self.test::<ANY>(current, ray, &query.shear, found) {
                 any = true;
                 if ANY {
                     return true;
@@ -124,20 +151,40 @@ impl Bvh {
 
     /// Test a leaf; whether it has the nearest hit so far.
     #[inline(always)]
-    fn test(&self, child: Child, ray: &Ray, query: &Query, found: &mut Found) -> bool {
-        let round = |t: Option<f64>| t.map(|t| (t as f32, 0, Vec2::ZERO));
-        let limit = f64::from(found.t);
-        let line = || (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+    fn test<const ANY: bool>(&self, child: Child, ray: &Ray, shear: &Shear, found: &mut Found) -> bool {
         let hit = match child.leaf() {
-            Leaf::Block(i) => self.blocks[i].hit(ray, &query.shear, found.t),
-            Leaf::Sphere(i) => round(self.spheres[i].0.hit(line(), limit)),
-            Leaf::Disc(i) => round(self.discs[i].0.hit(line(), limit)),
+            Leaf::Block(i) => self.blocks[i].hit::<ANY>(ray, shear, found.t),
+            Leaf::Sphere(i) => round(&self.spheres[i].0, ray, found.t),
+            Leaf::Disc(i) => flat(&self.discs[i].0, ray, found.t),
         };
+        Self::take(hit, child, found)
+    }
+
+    /// Keeps a hit; whether there was one.
+    #[inline(always)]
+    fn take(hit: Option<(f32, usize, Vec2)>, child: Child, found: &mut Found) -> bool {
         if let Some((t, lane, barycentric)) = hit {
             *found = Found { t, child, lane, barycentric };
         }
         hit.is_some()
     }
+}
+
+/// A sphere as a leaf.
+#[inline(always)]
+fn round(sphere: &Sphere, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
+    if sphere.is_missed(ray, nearest) {
+        return None;
+    }
+    let line = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+    sphere.hit(line, f64::from(nearest)).map(|t| (t as f32, 0, Vec2::ZERO))
+}
+
+/// A disc as a leaf.
+#[inline(always)]
+fn flat(disc: &Disc, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
+    let line = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+    disc.hit(line, f64::from(nearest)).map(|t| (t as f32, 0, Vec2::ZERO))
 }
 
 impl Node {
