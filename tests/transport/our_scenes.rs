@@ -45,7 +45,7 @@ impl Case {
 }
 
 /// The lamp of mirror-caustic is so small that camera paths all but never find it through the glass, which is what the
-/// scene is for, but also why its mean would take days to tell to 0.5%. So there is a variant in which the lamp has 50
+/// scene is for, but also why its mean would take days to tell to 0.5%. So there is a variant in which the lamp has 49
 /// times the area and the same power.
 const LARGE_LAMP: (&str, &[[&str; 2]]) = (
     "large lamp",
