@@ -5,7 +5,7 @@
 //! same from both ends of a refracted path, so that the reverse walk makes the same choice with the same probability.
 
 use super::ggx::{self, Ggx, Masking};
-use super::{BsdfSample, BsdfValue, Mode, flip_z, fresnel, grazing, reflect_z};
+use super::{BsdfSample, BsdfValue, Mode, Site, flip_z, fresnel, grazing, reflect_z};
 use crate::math::Rgb;
 use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
@@ -17,7 +17,9 @@ pub const ROUGH_CONTRAST: f32 = 1e-3;
 /// A boundary between two dielectrics.
 #[derive(Clone, Debug)]
 pub struct Dielectric {
-    /// η_inside/η_outside.
+    /// η_inside.
+    inside: f32,
+    /// η_inside/η_outside, unless a [`Site`] says what is outside.
     eta: f32,
     rough: Option<Ggx>,
     reflectance: Texture,
@@ -63,7 +65,7 @@ impl Dielectric {
                  {ext_ior}; use alpha 0, or a null material"
             ));
         }
-        Ok(Self { eta, rough, reflectance, transmittance })
+        Ok(Self { inside: int_ior, eta, rough, reflectance, transmittance })
     }
 
     /// The same with another form of masking, for comparison with other renderers. Of no effect where it is smooth.
@@ -72,10 +74,21 @@ impl Dielectric {
         self
     }
 
-    /// η_inside/η_outside.
+    /// η_inside/η_outside, unless a [`Site`] says what is outside.
     #[inline]
     pub fn eta(&self) -> f32 {
         self.eta
+    }
+
+    /// η_inside.
+    #[inline]
+    pub fn inside(&self) -> f32 {
+        self.inside
+    }
+
+    /// η_outside, unless a [`Site`] says what is outside.
+    pub fn outside(&self) -> f32 {
+        self.inside / self.eta
     }
 
     /// True where it can be evaluated.
@@ -86,8 +99,9 @@ impl Dielectric {
 
     /// η of the other side over η of the side of `from`.
     #[inline]
-    fn eta_across(&self, from: Vec3A) -> f32 {
-        if from.z > 0.0 { self.eta } else { 1.0 / self.eta }
+    fn eta_across(&self, site: Site, from: Vec3A) -> f32 {
+        let eta = if site.outside > 0.0 { self.inside / site.outside } else { self.eta };
+        if from.z > 0.0 { eta } else { 1.0 / eta }
     }
 
     /// What happens at `uv` to light at a facet with this share of reflection.
@@ -101,20 +115,20 @@ impl Dielectric {
     }
 
     #[inline]
-    pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    pub(super) fn evaluate(&self, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         match &self.rough {
             None => BsdfValue::ZERO,
             Some(_) if grazing(wl) || grazing(wc) => BsdfValue::ZERO,
-            Some(rough) if (wl.z > 0.0) == (wc.z > 0.0) => self.evaluate_reflection(rough, uv, wl, wc),
-            Some(rough) => self.evaluate_transmission(rough, uv, wl, wc),
+            Some(rough) if (wl.z > 0.0) == (wc.z > 0.0) => self.evaluate_reflection(rough, site, wl, wc),
+            Some(rough) => self.evaluate_transmission(rough, site, wl, wc),
         }
     }
 
     /// [Walter et al. 2007 (20)].
     #[inline]
-    fn evaluate_reflection(&self, rough: &Ggx, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    fn evaluate_reflection(&self, rough: &Ggx, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         let Some(m) = ggx::unit(wl + wc) else { return BsdfValue::ZERO };
-        let facet = self.facet(uv, fresnel::dielectric(wl.dot(m), self.eta_across(wl)));
+        let facet = self.facet(site.uv, fresnel::dielectric(wl.dot(m), self.eta_across(site, wl)));
         let d = 0.25 * rough.d(m);
         BsdfValue {
             f: facet.reflectance * (d * rough.g2_reflect_over_cos(wl, wc)),
@@ -127,8 +141,8 @@ impl Dielectric {
     /// f = |wl·m| |wc·m| e² (1 − F) G D / (|cos θ_l| |cos θ_c| |h|²), since wl·m + e wc·m = ±|h|. The Jacobians
     /// dω_m/dω_to (17) are e²|wc·m|/|h|² from wl and |wl·m|/|h|² from wc.
     #[inline]
-    fn evaluate_transmission(&self, rough: &Ggx, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
-        let e = self.eta_across(wl);
+    fn evaluate_transmission(&self, rough: &Ggx, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        let e = self.eta_across(site, wl);
         let h = wl + e * wc;
         let Some(mut m) = ggx::unit(h) else { return BsdfValue::ZERO };
         if m.z * wl.z < 0.0 {
@@ -139,7 +153,7 @@ impl Dielectric {
         if l <= 0.0 || c <= 0.0 {
             return BsdfValue::ZERO;
         }
-        let facet = self.facet(uv, fresnel::between(l, c, e));
+        let facet = self.facet(site.uv, fresnel::between(l, c, e));
         let common = rough.d(m) * l * c / h.length_squared();
         let pdf = common * facet.p_transmit;
         BsdfValue {
@@ -150,21 +164,21 @@ impl Dielectric {
     }
 
     #[inline]
-    pub(super) fn sample(&self, uv: Vec2, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
+    pub(super) fn sample(&self, site: Site, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
         if from.z == 0.0 {
             return None;
         }
         match &self.rough {
-            None => self.sample_smooth(uv, from, mode, u.0),
-            Some(rough) => self.sample_rough(rough, uv, from, mode, u),
+            None => self.sample_smooth(site, from, mode, u.0),
+            Some(rough) => self.sample_rough(rough, site, from, mode, u),
         }
     }
 
     #[inline]
-    fn sample_smooth(&self, uv: Vec2, from: Vec3A, mode: Mode, u: f32) -> Option<BsdfSample> {
-        let eta = self.eta_across(from);
+    fn sample_smooth(&self, site: Site, from: Vec3A, mode: Mode, u: f32) -> Option<BsdfSample> {
+        let eta = self.eta_across(site, from);
         let cos = from.z.abs();
-        let facet = self.facet(uv, fresnel::dielectric(cos, eta));
+        let facet = self.facet(site.uv, fresnel::dielectric(cos, eta));
         if u < facet.p_reflect {
             let (pdf, weight) = (facet.p_reflect, facet.reflectance / facet.p_reflect);
             return Some(BsdfSample { to: reflect_z(from), weight, pdf, pdf_rev: pdf, specular: true });
@@ -194,7 +208,7 @@ impl Dielectric {
     fn sample_rough(
         &self,
         rough: &Ggx,
-        uv: Vec2,
+        site: Site,
         from: Vec3A,
         mode: Mode,
         u: (f32, Vec2),
@@ -202,14 +216,14 @@ impl Dielectric {
         if grazing(from) {
             return None;
         }
-        let eta = self.eta_across(from);
+        let eta = self.eta_across(site, from);
         let upper = if from.z > 0.0 { from } else { flip_z(from) };
         let m = rough.sample_visible(upper, u.1);
         let cos = upper.dot(m);
         if cos <= 0.0 {
             return None;
         }
-        let facet = self.facet(uv, fresnel::dielectric(cos, eta));
+        let facet = self.facet(site.uv, fresnel::dielectric(cos, eta));
         let reflected = u.0 < facet.p_reflect;
         let to = if reflected {
             2.0 * cos * m - upper
@@ -223,9 +237,9 @@ impl Dielectric {
         let to = if from.z > 0.0 { to } else { flip_z(to) };
         let (wl, wc) = mode.order(from, to);
         let value = if reflected {
-            self.evaluate_reflection(rough, uv, wl, wc)
+            self.evaluate_reflection(rough, site, wl, wc)
         } else {
-            self.evaluate_transmission(rough, uv, wl, wc)
+            self.evaluate_transmission(rough, site, wl, wc)
         };
         BsdfSample::smooth(&value, mode, to)
     }

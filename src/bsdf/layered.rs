@@ -3,7 +3,7 @@
 //! Walks choose a component with a probability in proportion to w_i times its mean albedo's largest channel: fixed
 //! numbers, so that the densities are known from both ends.
 
-use super::{BsdfSample, BsdfValue, Material, Mode};
+use super::{BsdfSample, BsdfValue, Material, Mode, Site};
 use crate::math::Rgb;
 use glam::{Vec2, Vec3A};
 
@@ -60,10 +60,10 @@ impl Layered {
     }
 
     #[inline]
-    pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    pub(super) fn evaluate(&self, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         let mut sum = BsdfValue::ZERO;
         for component in &self.components {
-            let value = component.material.evaluate(uv, wl, wc);
+            let value = component.material.evaluate(site, wl, wc);
             sum.f += component.weight * value.f;
             sum.pdf_lc += component.probability * value.pdf_lc;
             sum.pdf_cl += component.probability * value.pdf_cl;
@@ -73,7 +73,7 @@ impl Layered {
 
     /// A specular sample stands for its own component alone. Two components may reflect into the same direction; as
     /// both have the same ratio of densities, the weights of paths do not depend on which one it was.
-    pub(super) fn sample(&self, uv: Vec2, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
+    pub(super) fn sample(&self, site: Site, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
         let (last, rest) = self.components.split_last()?;
         let mut left = u.0;
         let mut chosen = last;
@@ -86,7 +86,7 @@ impl Layered {
         }
         // What is left of u is uniform in [0, 1) again.
         let left = (left / chosen.probability).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
-        let sample = chosen.material.sample(uv, from, mode, (left, u.1))?;
+        let sample = chosen.material.sample(site, from, mode, (left, u.1))?;
         if sample.specular {
             return Some(BsdfSample {
                 weight: sample.weight * (chosen.weight / chosen.probability),
@@ -96,7 +96,7 @@ impl Layered {
             });
         }
         let (wl, wc) = mode.order(from, sample.to);
-        BsdfSample::smooth(&self.evaluate(uv, wl, wc), mode, sample.to)
+        BsdfSample::smooth(&self.evaluate(site, wl, wc), mode, sample.to)
     }
 
     pub(super) fn albedo(&self, uv: Vec2) -> Rgb {
@@ -109,6 +109,11 @@ impl Layered {
 
     pub(super) fn albedo_bound(&self) -> f32 {
         self.components.iter().map(|c| c.weight * c.material.albedo_bound()).sum()
+    }
+
+    /// That of the first component that refracts.
+    pub(super) fn refraction(&self) -> Option<(f32, f32)> {
+        self.components.iter().find_map(|c| c.material.refraction())
     }
 
     #[inline]

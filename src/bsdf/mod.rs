@@ -54,6 +54,23 @@ impl Mode {
     }
 }
 
+/// A point of a material: where on it, and what is around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Index of refraction of what is outside of the boundary here; 0 where it is what the material itself says.
+    /// Only dielectrics ask: a solid may stand in air, in water or in glass.
+    pub outside: f32,
+}
+
+impl From<Vec2> for Site {
+    #[inline]
+    fn from(uv: Vec2) -> Self {
+        Self { uv, outside: 0.0 }
+    }
+}
+
 /// The smooth lobes of a material for one pair of directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfValue {
@@ -131,13 +148,14 @@ pub enum Material {
 impl Material {
     /// f(wl → wc) and both densities, of the smooth lobes. Not to be asked of Null, which scatters nothing.
     #[inline]
-    pub fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    pub fn evaluate(&self, site: impl Into<Site>, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        let site = site.into();
         match self {
-            Self::Diffuse(m) => m.evaluate(uv, wl, wc),
-            Self::Conductor(m) => m.evaluate(uv, wl, wc),
-            Self::Dielectric(m) => m.evaluate(uv, wl, wc),
-            Self::Phong(m) => m.evaluate(uv, wl, wc),
-            Self::Layered(m) => m.evaluate(uv, wl, wc),
+            Self::Diffuse(m) => m.evaluate(site.uv, wl, wc),
+            Self::Conductor(m) => m.evaluate(site.uv, wl, wc),
+            Self::Dielectric(m) => m.evaluate(site, wl, wc),
+            Self::Phong(m) => m.evaluate(site.uv, wl, wc),
+            Self::Layered(m) => m.evaluate(site, wl, wc),
             Self::Mirror(_) | Self::Null => BsdfValue::ZERO,
         }
     }
@@ -145,21 +163,28 @@ impl Material {
     /// Density per solid angle with which the smooth lobes give `to` when sampled from `from`. It is the same in both
     /// modes: sampling does not depend on the mode, only the weight does.
     #[inline]
-    pub fn pdf(&self, uv: Vec2, from: Vec3A, to: Vec3A) -> f32 {
-        self.evaluate(uv, from, to).pdf_lc
+    pub fn pdf(&self, site: impl Into<Site>, from: Vec3A, to: Vec3A) -> f32 {
+        self.evaluate(site, from, to).pdf_lc
     }
 
     /// A direction to go on to. `u`: uniforms in [0, 1), for the lobe and for the direction. `None` where the
     /// sample scatters nothing: below the horizon, grazing, or black.
     #[inline]
-    pub fn sample(&self, uv: Vec2, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
+    pub fn sample(
+        &self,
+        site: impl Into<Site>,
+        from: Vec3A,
+        mode: Mode,
+        u: (f32, Vec2),
+    ) -> Option<BsdfSample> {
+        let site = site.into();
         match self {
-            Self::Diffuse(m) => m.sample(uv, from, u.1),
-            Self::Mirror(m) => m.sample(uv, from),
-            Self::Conductor(m) => m.sample(uv, from, mode, u.1),
-            Self::Dielectric(m) => m.sample(uv, from, mode, u),
-            Self::Phong(m) => m.sample(uv, from, mode, u),
-            Self::Layered(m) => m.sample(uv, from, mode, u),
+            Self::Diffuse(m) => m.sample(site.uv, from, u.1),
+            Self::Mirror(m) => m.sample(site.uv, from),
+            Self::Conductor(m) => m.sample(site.uv, from, mode, u.1),
+            Self::Dielectric(m) => m.sample(site, from, mode, u),
+            Self::Phong(m) => m.sample(site.uv, from, mode, u),
+            Self::Layered(m) => m.sample(site, from, mode, u),
             Self::Null => Some(null::pass(from)),
         }
     }
@@ -216,6 +241,15 @@ impl Material {
     #[inline]
     pub fn is_null(&self) -> bool {
         matches!(self, Self::Null)
+    }
+
+    /// The indices of refraction inside and outside of what light passes into; `None` where it passes into nothing.
+    pub fn refraction(&self) -> Option<(f32, f32)> {
+        match self {
+            Self::Dielectric(m) => Some((m.inside(), m.outside())),
+            Self::Layered(m) => m.refraction(),
+            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) | Self::Phong(_) | Self::Null => None,
+        }
     }
 
     /// True where some lobe can be evaluated, and a connection can end here.

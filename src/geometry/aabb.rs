@@ -39,4 +39,15 @@ impl Aabb {
     pub fn size(&self) -> Vec3A {
         if self.is_empty() { Vec3A::ZERO } else { self.max - self.min }
     }
+
+    /// Whether both have a point in common; touching counts.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// Twice the sum of the edge lengths' products; zero for the empty box.
+    pub fn surface(&self) -> f32 {
+        let s = self.size();
+        2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
+    }
 }

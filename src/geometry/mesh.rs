@@ -160,7 +160,7 @@ impl TriangleMesh {
 
     /// Corners of triangle `i`.
     #[inline]
-    pub(super) fn corners(&self, i: usize) -> [Vec3; 3] {
+    pub(crate) fn corners(&self, i: usize) -> [Vec3; 3] {
         self.indices[i].map(|v| self.positions[v as usize])
     }
 

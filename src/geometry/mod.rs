@@ -1,7 +1,9 @@
 //! Shapes: rays against them, points on them, meshes from files.
 //!
-//! A scene's shapes become one flat list of primitives (triangles, spheres, discs) in world space under one
-//! acceleration structure. [`Geometry::intersect`] and [`Geometry::occluded`] are the renderer's innermost loop.
+//! A scene's shapes become one flat list of primitives (triangles, spheres, discs) in world space under two
+//! acceleration structures: walls, which end every ray, and boundaries, which a ray may pass (index-matched ones, and
+//! those of solids that another solid may hide). [`Geometry::intersect`] and [`Geometry::occluded`], which know of walls
+//! alone, are the renderer's innermost loop; most scenes have few boundaries or none.
 //!
 //! How rays stay on their side of a surface: triangle tests are watertight; points on surfaces are computed in f64 and
 //! rounded once; [`SurfacePoint::spawn`] and [`shadow_ray`] move origins by a few ulps; and hits near a ray's ends are
@@ -41,14 +43,15 @@ pub struct Geometry {
     shapes: Vec<Shape>,
     /// The shape of each primitive.
     shape_of: Vec<u32>,
-    bvh: Bvh,
+    walls: Bvh,
+    boundaries: Bvh,
     bounds: Aabb,
 }
 
 #[derive(Debug)]
 struct Shape {
     desc: ShapeDesc,
-    see_through: bool,
+    is_boundary: bool,
     /// The first of its primitives.
     first: u32,
     area: f32,
@@ -62,64 +65,82 @@ impl Geometry {
         Self::build_with(shapes.into_iter().map(|s| (s, false)).collect())
     }
 
-    /// From shapes, each with whether it is see-through: index-matched, a boundary of media alone. Rays pass through
-    /// those and do not report them; they still count for bounds, areas and sampling.
+    /// From shapes, each with whether it is a boundary, which a ray may pass, or a wall. Boundaries are reported by
+    /// [`Self::boundary`] alone; they count for bounds, areas and sampling as walls do.
     pub fn build_with(shapes: Vec<(ShapeDesc, bool)>) -> Self {
         let mut shape_of = Vec::new();
-        let mut primitives = Vec::new();
+        let (mut walls, mut boundaries) = (Vec::new(), Vec::new());
         let mut bounds = Aabb::EMPTY;
         let mut list = Vec::with_capacity(shapes.len());
-        for (id, (desc, see_through)) in shapes.into_iter().enumerate() {
+        for (id, (desc, is_boundary)) in shapes.into_iter().enumerate() {
             let first = shape_of.len() as u32;
             shape_of.resize(shape_of.len() + desc.primitives(), id as u32);
             bounds = bounds.union(desc.bounds());
-            if !see_through {
-                match desc {
-                    ShapeDesc::Sphere { centre, radius } => {
-                        primitives.push((Primitive::Sphere(Sphere { centre, radius }), first));
-                    }
-                    ShapeDesc::Disc { centre, normal, radius } => {
-                        primitives.push((Primitive::Disc(Disc { centre, normal, radius }), first));
-                    }
-                    ShapeDesc::Mesh(ref mesh) => primitives.extend(
-                        (0..mesh.indices().len())
-                            .map(|i| (Primitive::Triangle(mesh.corners(i)), first + i as u32)),
-                    ),
+            let primitives = if is_boundary { &mut boundaries } else { &mut walls };
+            match desc {
+                ShapeDesc::Sphere { centre, radius } => {
+                    primitives.push((Primitive::Sphere(Sphere { centre, radius }), first));
                 }
+                ShapeDesc::Disc { centre, normal, radius } => {
+                    primitives.push((Primitive::Disc(Disc { centre, normal, radius }), first));
+                }
+                ShapeDesc::Mesh(ref mesh) => primitives.extend(
+                    (0..mesh.indices().len())
+                        .map(|i| (Primitive::Triangle(mesh.corners(i)), first + i as u32)),
+                ),
             }
             let area = desc.area() as f32;
-            list.push(Shape { desc, see_through, first, area, picker: OnceLock::new() });
+            list.push(Shape { desc, is_boundary, first, area, picker: OnceLock::new() });
         }
-        Self { shapes: list, shape_of, bvh: Bvh::build(&primitives), bounds }
+        let (walls, boundaries) = (Bvh::build(&walls), Bvh::build(&boundaries));
+        Self { shapes: list, shape_of, walls, boundaries, bounds }
     }
 
-    /// What a ray meets first, see-through shapes apart.
+    /// The first wall that a ray meets.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let found = self.bvh.closest(ray)?;
+        self.closest(&self.walls, ray)
+    }
+
+    /// The first boundary that a ray meets.
+    #[inline]
+    pub fn boundary(&self, ray: &Ray) -> Option<Hit> {
+        self.closest(&self.boundaries, ray)
+    }
+
+    /// Whether there are any boundaries.
+    #[inline]
+    pub fn has_boundaries(&self) -> bool {
+        self.boundaries.is_filled()
+    }
+
+    /// What a ray meets first in a tree.
+    #[inline]
+    fn closest(&self, bvh: &Bvh, ray: &Ray) -> Option<Hit> {
+        let found = bvh.closest(ray)?;
         let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);
         let point = match found.child.leaf() {
             Leaf::Block(i) => {
-                let block = &self.bvh.blocks[i];
+                let block = &bvh.blocks[i];
                 let prim = block.prim[found.lane & 3];
                 self.triangle(prim, block.corners(found.lane), found.barycentric)
             }
             Leaf::Sphere(i) => {
-                let (sphere, prim) = &self.bvh.spheres[i];
+                let (sphere, prim) = &bvh.spheres[i];
                 sphere.point(at(ray.origin) - sphere.centre.as_dvec3(), self.shape_of[*prim as usize], *prim)
             }
             Leaf::Disc(i) => {
-                let (disc, prim) = &self.bvh.discs[i];
+                let (disc, prim) = &bvh.discs[i];
                 disc.point(at(ray.origin), self.shape_of[*prim as usize], *prim)
             }
         };
         Some(Hit { t: found.t, point })
     }
 
-    /// Whether anything lies on the ray, see-through shapes apart.
+    /// Whether a wall lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.bvh.any(ray)
+        self.walls.any(ray)
     }
 
     /// The point of triangle `prim` at barycentric coordinates `b`.
@@ -132,6 +153,19 @@ impl Geometry {
                 shape::mesh_point(mesh, (prim - shape.first) as usize, corners, b, id, prim)
             }
             ShapeDesc::Sphere { .. } | ShapeDesc::Disc { .. } => unreachable!("triangles belong to meshes"),
+        }
+    }
+
+    /// A vector, not of unit length, that points to the outside of the surface at `p` of primitive `prim` of `shape`.
+    pub fn outward(&self, shape: u32, prim: u32, p: Vec3A) -> Vec3A {
+        let shape = &self.shapes[shape as usize];
+        match &shape.desc {
+            ShapeDesc::Sphere { centre, .. } => p - *centre,
+            ShapeDesc::Disc { normal, .. } => *normal,
+            ShapeDesc::Mesh(mesh) => {
+                let [a, b, c] = mesh.corners((prim - shape.first) as usize);
+                (b - a).cross(c - a).into()
+            }
         }
     }
 
@@ -150,9 +184,10 @@ impl Geometry {
         &self.shapes[shape as usize].desc
     }
 
-    /// Whether rays pass through a shape.
-    pub fn is_see_through(&self, shape: u32) -> bool {
-        self.shapes[shape as usize].see_through
+    /// Whether a shape is a boundary, which a ray may pass.
+    #[inline]
+    pub fn is_boundary(&self, shape: u32) -> bool {
+        self.shapes[shape as usize].is_boundary
     }
 
     /// Numbers about a shape.
@@ -171,8 +206,8 @@ impl Geometry {
         (self.bounds.centre(), 0.5 * self.bounds.size().length() * (1.0 + 1e-6))
     }
 
-    /// Memory of the acceleration structure, with the triangles in it, in bytes.
+    /// Memory of the acceleration structures, with the triangles in them, in bytes.
     pub fn acceleration_bytes(&self) -> usize {
-        self.bvh.bytes()
+        self.walls.bytes() + self.boundaries.bytes()
     }
 }

@@ -13,6 +13,11 @@ pub struct PointLight {
 }
 
 impl PointLight {
+    /// Where it is.
+    pub fn position(&self) -> Vec3A {
+        self.position
+    }
+
     /// At `position`, with `intensity` \[W/sr\].
     ///
     /// # Errors

@@ -25,6 +25,11 @@ pub struct SpotLight {
 }
 
 impl SpotLight {
+    /// Where it is.
+    pub fn position(&self) -> Vec3A {
+        self.position
+    }
+
     /// At `position`, along `direction` (of any length), with `intensity` \[W/sr\] on the axis; both angles are
     /// measured from the axis, in degrees, 0 ≤ `inner` ≤ `cutoff` ≤ 90 and `cutoff` positive.
     ///

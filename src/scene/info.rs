@@ -377,6 +377,7 @@ mod tests {
         name = "lamp"
         sphere = { radius = 1 }
         emission = 2
+        interior = "fog"
         [[shape]]
         box = { min = [-3, -1, -1], max = [3, 1, 1] }
         material = "white"
@@ -432,6 +433,7 @@ mod tests {
             "1 medium\n  fog     homogeneous  albedo 0.500 0.500 0.000, Henyey-Greenstein with g = 0.75",
             fog,
             "emits 0.0000 0.0000 1.5000 W/(sr m³)",
+            "in lamp",
         ] {
             assert!(text.contains(words), "{words}: {text}");
         }

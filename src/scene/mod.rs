@@ -2,12 +2,20 @@
 
 pub mod file;
 pub mod info;
+pub mod inside;
+pub mod passage;
+pub mod solids;
+
+pub use inside::Inside;
+pub use passage::{Arrival, Collision, End, Stretch};
+pub use solids::{Solid, Solids};
 
 use crate::bsdf::Material;
 use crate::camera::Camera;
 use crate::geometry::Geometry;
-use crate::light::Lights;
+use crate::light::{Light, LightPoint, Lights};
 use crate::medium::Medium;
+use glam::Vec3A;
 use std::path::PathBuf;
 
 /// Everything that is rendered. Immutable once made; shared by all threads.
@@ -29,6 +37,14 @@ pub struct Scene {
     pub lights: Lights,
     /// All media.
     pub media: Vec<Medium>,
+    /// Which shapes have something in them.
+    pub solids: Solids,
+    /// The solids that the camera is in.
+    pub camera_inside: Inside,
+    /// By light, the solids that it is in, its own apart; `None` where that differs from point to point.
+    pub light_inside: Vec<Option<Inside>>,
+    /// What the media have between them.
+    pub traits: Traits,
     /// What looks odd but can be rendered.
     pub warnings: Vec<String>,
     /// Every file that was read: what the picture depends on.
@@ -63,7 +79,43 @@ pub struct RenderDefaults {
     pub max_length: Option<u32>,
 }
 
+/// What the media of a scene have between them: what need not be asked for where it is not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traits {
+    /// Whether some medium scatters.
+    pub scattering: bool,
+    /// Whether some medium shines.
+    pub emissive: bool,
+}
+
+impl Traits {
+    /// Of these media.
+    pub fn of(media: &[Medium]) -> Self {
+        Self {
+            scattering: media.iter().any(Medium::scatters),
+            emissive: media.iter().any(Medium::is_emissive),
+        }
+    }
+}
+
 impl Scene {
+    /// The solids that light leaves `point` of a light into, in the direction `dir`.
+    #[inline]
+    pub fn inside_at_light(&self, point: &LightPoint, dir: Vec3A) -> Inside {
+        let constant = self.light_inside[point.light as usize];
+        let Light::Area(light) = &self.lights.lights()[point.light as usize] else {
+            return constant.unwrap_or(Inside::NOTHING);
+        };
+        let own = self.solids.of_shape(light.shape());
+        let around = match constant {
+            Some(inside) => inside,
+            None => self.solids.at(&self.geometry, point.p).without(own),
+        };
+        let inward =
+            own != Inside::NONE && self.geometry.outward(light.shape(), point.prim, point.p).dot(dir) < 0.0;
+        if inward { around.with(own) } else { around }
+    }
+
     /// The material of a shape.
     #[inline]
     pub fn material(&self, shape: u32) -> &Material {

@@ -1,18 +1,19 @@
 //! The camera subpath: s = 0, s = 1 and all inner connections.
 
+use super::expression::{Expression, Label};
 use super::light_path::LIGHT_PATHS_A_PIXEL;
 use super::mis::{Link, connection_weight};
 use super::settings::Settings;
 use super::sink::{Joint, Sink, Start};
 use super::technique::Technique;
-use super::walk::{Flight, Vertex, Visitor, walk};
+use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::film::Sample;
-use crate::geometry::{Ray, SurfacePoint, shadow_ray};
+use crate::geometry::{Ray, shadow_ray};
 use crate::light::LightPoint;
 use crate::math::{Rgb, Stream, StreamKind};
-use crate::scene::Scene;
-use glam::UVec2;
+use crate::scene::{Arrival, Scene};
+use glam::{UVec2, Vec3A};
 
 /// Traces the camera subpath of `pixel` (in the full frame) in `iteration` and joins it with `light_vertices`, the
 /// stored vertices of the light subpath that is its partner.
@@ -32,14 +33,17 @@ pub fn trace<S: Sink>(
     let flight = Flight {
         ray: Ray::new(ray.origin, ray.dir),
         from: ray.origin,
+        inside: scene.camera_inside,
+        rate: Rgb::ONE,
         throughput: Rgb::ONE,
-        pdf: scene.camera.pdf_direction(ray.origin, ray.dir),
+        pdf: ray.pdf,
         cosine: 1.0,
         infinite: false,
         specular: false,
         // No light subpath hits the lens by itself: c_{k+1} = 0.
         sum: 0.0,
         length: 0,
+        trail: u32::from(settings.paths.start()),
     };
     let on = |t| settings.techniques.has(t);
     let mut path = CameraPath {
@@ -80,16 +84,44 @@ impl<S: Sink> CameraPath<'_, S> {
         (self.settings.min_length..=self.settings.max_length).contains(&length)
     }
 
-    /// s = 0: x_0 is `light`, found at the end of `flight`; `link` is that of x_0.
+    /// Whether the restriction to some paths takes one of a camera subpath with this trail and a light subpath with
+    /// those ends.
     #[inline]
-    fn record_hit(&mut self, light: &LightPoint, link: &Link, flight: &Flight) {
+    fn accepts(&self, trail: u32, ends: u32) -> bool {
+        Expression::accepts(trail as u8, ends)
+    }
+
+    /// The trail of a camera subpath that is joined at `vertex`.
+    #[inline]
+    fn joined_trail(&self, vertex: &Vertex) -> u32 {
+        self.extend(vertex.trail, vertex.joint_label())
+    }
+
+    /// s = 0 in a medium that shines: what comes from all along the ray of `flight`. No other technique makes such
+    /// paths, so the weight is 1.
+    fn record_glow(&mut self, flight: &Flight) {
         let length = flight.length + 1;
-        if !(self.hit && self.counts(length)) {
+        if !(self.counts(length) && self.accepts(flight.trail, self.settings.paths.ends())) {
+            return;
+        }
+        let contribution = flight.throughput * self.scene.glow(&flight.ray, flight.inside);
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let sample = Sample { technique: Technique::Hit, s: 0, t: length + 1, contribution, weight: 1.0 };
+        self.sink.record(&sample, &Joint::Glow);
+    }
+
+    /// s = 0: x_0 is `light`, found at the end of `flight`; `link` and `throughput` are those of x_0.
+    #[inline]
+    fn record_hit(&mut self, light: &LightPoint, link: &Link, throughput: Rgb, flight: &Flight) {
+        let length = flight.length + 1;
+        if !(self.hit && self.counts(length) && self.accepts(flight.trail, self.settings.paths.ends())) {
             return;
         }
         let lights = &self.scene.lights;
         let out = -flight.ray.dir;
-        let contribution = flight.throughput * lights.emitted(light, out);
+        let contribution = throughput * lights.emitted(light, out);
         if contribution == Rgb::ZERO {
             return;
         }
@@ -123,12 +155,15 @@ impl<S: Sink> CameraPath<'_, S> {
         if !self.counts(vertex.length + 1) {
             return;
         }
-        let point = &vertex.point;
-        let Some(light) = lights.sample_toward(geometry, point.p, select, u) else { return };
+        if !self.accepts(self.joined_trail(vertex), self.settings.paths.ends()) {
+            return;
+        }
+        let (place, position) = (&vertex.place, vertex.place.position());
+        let Some(light) = lights.sample_toward(geometry, position, select, u) else { return };
         let Some(scattering) = vertex.scatter(self.scene, light.dir, vertex.to_previous) else { return };
         let infinite = lights.is_infinite(&light.point);
         let falloff = if infinite { 1.0 } else { 1.0 / (light.distance * light.distance) };
-        let cosine = light.dir.dot(point.ng).abs();
+        let cosine = place.cosine(light.dir);
         let light_geometry = lights.cos_at_light(&light.point, -light.dir) * falloff;
         let contribution =
             vertex.throughput * scattering.value * light.radiance * (cosine * light_geometry / light.pdf_nee);
@@ -136,21 +171,26 @@ impl<S: Sink> CameraPath<'_, S> {
             return;
         }
         let ray = if infinite {
-            point.spawn(light.dir)
+            place.spawn(light.dir)
         } else {
-            shadow_ray(point.p, Some(point.ng), light.point.p, light.point.surface_normal())
+            shadow_ray(position, place.normal(), light.point.p, light.point.surface_normal())
         };
-        if geometry.occluded(&ray) {
+        let inside = vertex.inside_toward(self.scene, light.dir);
+        let Some(passage) = self.scene.passage(&ray, inside) else { return };
+        let contribution = contribution * passage.transmittance;
+        if contribution == Rgb::ZERO {
             return;
         }
         let pdf_position = lights.pdf_position(geometry, &light.point);
         let count = self.raise(light.pdf_nee / pdf_position);
         let light_side = if self.hit && lights.is_hittable(&light.point) {
-            self.raise(scattering.pdf_camera * light_geometry / pdf_position)
+            let reached = passage.density(Rgb::ONE);
+            self.raise(scattering.pdf_camera * light_geometry * reached / pdf_position)
         } else {
             0.0
         };
-        let forward = lights.pdf_direction(&light.point, -light.dir) * cosine * falloff;
+        let forward = lights.pdf_direction(&light.point, -light.dir)
+            * (cosine * falloff * passage.density(place.rate()));
         let camera_side = vertex.link.close(0.0, self.raise(scattering.pdf_light), self.raise(forward));
         let weight = connection_weight(count, light_side, camera_side);
         let sample =
@@ -162,13 +202,18 @@ impl<S: Sink> CameraPath<'_, S> {
     #[inline]
     fn connect(&mut self, vertex: &Vertex, index: usize) {
         let other = &self.light_vertices[index];
-        let between = other.point.p - vertex.point.p;
+        let ends = self.settings.paths.before(other.trail, other.joint_label());
+        if !self.accepts(self.joined_trail(vertex), ends) {
+            return;
+        }
+        let (here, there) = (vertex.place.position(), other.place.position());
+        let between = there - here;
         let d2 = between.length_squared();
         let dir = between / d2.sqrt();
         let Some(at_camera) = vertex.scatter(self.scene, dir, vertex.to_previous) else { return };
         let Some(at_light) = other.scatter(self.scene, other.to_previous, -dir) else { return };
-        let camera_geometry = dir.dot(vertex.point.ng).abs() / d2;
-        let light_cosine = dir.dot(other.point.ng).abs();
+        let camera_geometry = vertex.place.cosine(dir) / d2;
+        let light_cosine = other.place.cosine(dir);
         let contribution = vertex.throughput
             * at_camera.value
             * at_light.value
@@ -177,12 +222,15 @@ impl<S: Sink> CameraPath<'_, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let ray = shadow_ray(vertex.point.p, Some(vertex.point.ng), other.point.p, Some(other.point.ng));
-        if self.scene.geometry.occluded(&ray) {
+        let ray = shadow_ray(here, vertex.place.normal(), there, other.place.normal());
+        let inside = vertex.inside_toward(self.scene, dir);
+        let Some(passage) = self.scene.passage(&ray, inside) else { return };
+        let contribution = contribution * passage.transmittance;
+        if contribution == Rgb::ZERO {
             return;
         }
-        let reverse = at_camera.pdf_camera * light_cosine / d2;
-        let forward = at_light.pdf_light * camera_geometry;
+        let reverse = at_camera.pdf_camera * (light_cosine / d2 * passage.density(other.place.rate()));
+        let forward = at_light.pdf_light * (camera_geometry * passage.density(vertex.place.rate()));
         let weight = connection_weight(
             self.connect,
             other.link.close(0.0, self.raise(at_light.pdf_camera), self.raise(reverse)),
@@ -198,18 +246,26 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
     const MODE: Mode = Mode::Radiance;
 
     #[inline]
-    fn count(&self, length: u32, _point: &SurfacePoint) -> f32 {
+    fn count(&self, length: u32, _position: Vec3A) -> f32 {
         if length == 1 { self.lens } else { self.connect }
+    }
+
+    #[inline]
+    fn departed(&mut self, flight: &Flight) {
+        if self.hit && self.scene.traits.emissive {
+            self.record_glow(flight);
+        }
     }
 
     #[inline]
     fn vertex(&mut self, vertex: &Vertex, flight: &Flight, random: &mut Stream) {
         self.sink.vertex(vertex);
-        if let Some(light) = self.scene.lights.at_surface(&vertex.point) {
-            self.record_hit(&light, &vertex.link, flight);
-        }
-        if vertex.length >= self.settings.max_length || !self.scene.material(vertex.point.shape).has_smooth()
+        if let Place::Surface(point) = &vertex.place
+            && let Some(light) = self.scene.lights.at_surface(point)
         {
+            self.record_hit(&light, &vertex.link, vertex.throughput, flight);
+        }
+        if vertex.length >= self.settings.max_length || !vertex.is_connectible(self.scene) {
             return;
         }
         if self.next_event {
@@ -223,11 +279,26 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
         }
     }
 
-    fn escaped(&mut self, flight: &Flight) {
+    fn escaped(&mut self, flight: &Flight, arrival: &Arrival) {
         if let Some(light) = self.scene.lights.infinite_toward(flight.ray.dir) {
             // x_0 is a direction: its density is per solid angle, and the edge has no 1/d².
-            let link = Link::next(self.raise(flight.pdf), flight.sum, self.raise(flight.cosine), 0.0);
-            self.record_hit(&light, &link, flight);
+            let passed = arrival.passage.density(Rgb::ONE);
+            if passed <= 0.0 {
+                return;
+            }
+            let link = Link::next(
+                self.raise(flight.pdf * passed),
+                flight.sum,
+                self.raise(flight.cosine * arrival.passage.density(flight.rate)),
+                0.0,
+            );
+            let throughput = flight.throughput * (arrival.passage.transmittance / passed);
+            self.record_hit(&light, &link, throughput, flight);
         }
+    }
+
+    #[inline]
+    fn extend(&self, trail: u32, label: Label) -> u32 {
+        u32::from(self.settings.paths.step(trail as u8, label))
     }
 }

@@ -1,5 +1,6 @@
 //! The light subpath: what is stored of it, and t = 1.
 
+use super::expression::{Expression, Label};
 use super::mis::{Link, connection_weight};
 use super::settings::Settings;
 use super::sink::{Joint, Sink, Start};
@@ -7,10 +8,11 @@ use super::technique::Technique;
 use super::walk::{Flight, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::film::Sample;
-use crate::geometry::{Ray, SurfacePoint, offset_origin, shadow_ray};
+use crate::geometry::{Ray, offset_origin, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
 use crate::math::{Rgb, Stream, StreamKind};
-use crate::scene::Scene;
+use crate::scene::{Arrival, Scene};
+use glam::Vec3A;
 
 /// Light subpaths an iteration, relative to the pixels of the full frame.
 pub const LIGHT_PATHS_A_PIXEL: f32 = 1.0;
@@ -97,6 +99,8 @@ impl<'a, S: Sink> LightPath<'a, S> {
         Flight {
             ray: Ray::new(origin, emission.dir),
             from: emission.origin,
+            inside: self.scene.inside_at_light(&self.light, emission.dir),
+            rate: Rgb::ONE,
             throughput: emission.radiance * (cosine / (emission.pdf_pos * emission.pdf_dir)),
             pdf: emission.pdf_dir,
             cosine,
@@ -104,6 +108,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
             specular: false,
             sum: self.start.leave(false, 0.0, 0.0),
             length: 0,
+            trail: self.settings.paths.ends(),
         }
     }
 
@@ -137,7 +142,8 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let radiance = lights.emitted(&self.light, -dir);
         let reverse = camera.pdf_direction(lens, dir) * geometry;
         let contribution = radiance * (reverse / (self.pdf_position * LIGHT_PATHS_A_PIXEL));
-        if contribution == Rgb::ZERO {
+        let paths = &self.settings.paths;
+        if contribution == Rgb::ZERO || !Expression::accepts(paths.start(), paths.ends()) {
             return;
         }
         let ray = if infinite {
@@ -145,9 +151,12 @@ impl<'a, S: Sink> LightPath<'a, S> {
         } else {
             shadow_ray(lens, None, self.light.p, self.light.surface_normal())
         };
-        if self.scene.geometry.occluded(&ray) {
+        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
+        let contribution = contribution * passage.transmittance;
+        if contribution == Rgb::ZERO {
             return;
         }
+        let reverse = reverse * passage.density(Rgb::ONE);
         let weight = connection_weight(
             self.raise(LIGHT_PATHS_A_PIXEL),
             self.start.close(0.0, 0.0, self.raise(reverse)),
@@ -165,18 +174,28 @@ impl<'a, S: Sink> LightPath<'a, S> {
         }
         let camera = &self.scene.camera;
         let lens = camera.sample_lens(u);
-        let to_vertex = vertex.point.p - lens;
+        let paths = &self.settings.paths;
+        if !Expression::accepts(paths.start(), paths.before(vertex.trail, vertex.joint_label())) {
+            return;
+        }
+        let position = vertex.place.position();
+        let to_vertex = position - lens;
         let d2 = to_vertex.length_squared();
         let dir = to_vertex / d2.sqrt();
         let Some(pixel) = camera.pixel_of(lens, dir) else { return };
         let Some(scattering) = vertex.scatter(self.scene, vertex.to_previous, -dir) else { return };
-        let reverse = camera.pdf_direction(lens, dir) * dir.dot(vertex.point.ng).abs() / d2;
-        let contribution = vertex.throughput * scattering.value * (reverse / LIGHT_PATHS_A_PIXEL);
-        if contribution == Rgb::ZERO
-            || self.scene.geometry.occluded(&shadow_ray(lens, None, vertex.point.p, Some(vertex.point.ng)))
-        {
+        let geometry = camera.pdf_direction(lens, dir) * vertex.place.cosine(dir) / d2;
+        let contribution = vertex.throughput * scattering.value * (geometry / LIGHT_PATHS_A_PIXEL);
+        if contribution == Rgb::ZERO {
             return;
         }
+        let ray = shadow_ray(lens, None, position, vertex.place.normal());
+        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
+        let contribution = contribution * passage.transmittance;
+        if contribution == Rgb::ZERO {
+            return;
+        }
+        let reverse = geometry * passage.density(vertex.place.rate());
         let weight = connection_weight(
             self.raise(LIGHT_PATHS_A_PIXEL),
             vertex.link.close(0.0, self.raise(scattering.pdf_camera), self.raise(reverse)),
@@ -191,21 +210,21 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
     const MODE: Mode = Mode::Importance;
 
     #[inline]
-    fn count(&self, length: u32, point: &SurfacePoint) -> f32 {
+    fn count(&self, length: u32, position: Vec3A) -> f32 {
         if length > 1 {
             return self.connect;
         }
         if !self.next_event {
             return 0.0;
         }
-        let toward = self.scene.lights.pdf_toward(&self.scene.geometry, &self.light, point.p);
+        let toward = self.scene.lights.pdf_toward(&self.scene.geometry, &self.light, position);
         self.raise(toward / self.pdf_position)
     }
 
     #[inline]
     fn vertex(&mut self, vertex: &Vertex, _flight: &Flight, random: &mut Stream) {
         self.sink.vertex(vertex);
-        if !self.scene.material(vertex.point.shape).has_smooth() {
+        if !vertex.is_connectible(self.scene) {
             return;
         }
         if self.lens {
@@ -216,5 +235,10 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
         }
     }
 
-    fn escaped(&mut self, _flight: &Flight) {}
+    fn escaped(&mut self, _flight: &Flight, _arrival: &Arrival) {}
+
+    #[inline]
+    fn extend(&self, trail: u32, label: Label) -> u32 {
+        self.settings.paths.before(trail, label)
+    }
 }

@@ -10,6 +10,8 @@ use glam::{UVec2, Vec3A};
 pub enum Joint {
     /// The camera subpath found this point of a light.
     Hit(LightPoint),
+    /// The camera subpath's last ray ran through media that shine.
+    Glow,
     /// This point of a light was sampled for next-event estimation.
     NextEvent(LightPoint),
     /// A light vertex, by its number among those stored of its subpath, was connected.

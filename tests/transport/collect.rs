@@ -48,7 +48,9 @@ pub fn trace_pixel(scene: &Scene, settings: &Settings, iteration: u64, pixel: UV
     if settings.needs_camera_paths() {
         camera_path::trace(scene, settings, iteration, pixel, &store, &mut camera);
     }
-    light.samples.iter().chain(&camera.samples).map(|(s, j)| whole_path(&light, &camera, s, j)).collect()
+    let samples = light.samples.iter().chain(&camera.samples);
+    let weighed = samples.filter(|(_, joint)| !matches!(joint, Joint::Glow));
+    weighed.map(|(sample, joint)| whole_path(&light, &camera, sample, joint)).collect()
 }
 
 fn light_start(recorder: &Recorder) -> LightPoint {
@@ -63,6 +65,7 @@ fn whole_path(light: &Recorder, camera: &Recorder, sample: &Sample, joint: &Join
     let x0 = match joint {
         Joint::Hit(point) | Joint::NextEvent(point) => *point,
         Joint::Connect(_) | Joint::Lens(..) => light_start(light),
+        Joint::Glow => panic!("no one weighs what shines in a medium"),
     };
     let lens = match (joint, camera.start) {
         (Joint::Lens(lens, _), _) => *lens,
@@ -73,7 +76,7 @@ fn whole_path(light: &Recorder, camera: &Recorder, sample: &Sample, joint: &Join
     // With s = 0 the camera subpath's last vertex is x_0 itself.
     let from_light = s.saturating_sub(1);
     let from_camera = if s == 0 { t - 2 } else { t - 1 };
-    let mut surfaces: Vec<_> = light.vertices[..from_light].iter().map(|v| v.point).collect();
-    surfaces.extend(camera.vertices[..from_camera].iter().rev().map(|v| v.point));
-    Traced { path: FullPath { light: x0, surfaces, lens }, sample: *sample }
+    let mut interior: Vec<_> = light.vertices[..from_light].iter().map(|v| v.place).collect();
+    interior.extend(camera.vertices[..from_camera].iter().rev().map(|v| v.place));
+    Traced { path: FullPath { light: x0, interior, lens }, sample: *sample }
 }

@@ -3,6 +3,7 @@
 use crate::measure::render;
 use crate::scenes;
 use tyndall::film::{Film, ImageKind};
+use tyndall::transport::expression::Expression;
 use tyndall::transport::{Layers, Renderer, Settings, TechniqueSet};
 
 fn bpt() -> Settings {
@@ -127,4 +128,27 @@ fn variance_is_that_of_the_mean() {
     spread /= 3.0 * images[0].pixels.len() as f64;
     let ratio = estimate / spread;
     assert!((0.9..1.1).contains(&ratio), "the film's variance is {ratio} of the runs'");
+}
+
+/// Paths through no medium and paths with a collision are all paths, sample by sample; and of the latter, those that enter
+/// a medium before they meet anything that is not specular are some.
+#[test]
+fn paths_by_expression_add_up() {
+    let scene = scenes::load("balls");
+    let of = |paths: &str| {
+        let paths = Expression::parse(paths).expect("an expression");
+        render(&scene, &Settings { paths, ..bpt() }, 2).image().pixels
+    };
+    let whole = of("all");
+    let (surfaces, early, late) = (of("surfaces"), of("ES*M.*L"), of("ES*D.*M.*L"));
+    let sum = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    for part in [&surfaces, &early, &late] {
+        assert!(sum(part) > 0.02 * sum(&whole), "a part is black");
+    }
+    for i in 0..whole.len() {
+        for c in 0..3 {
+            let parts = surfaces[i][c] + early[i][c] + late[i][c];
+            assert!((whole[i][c] - parts).abs() <= 1e-5 * whole[i][c].max(1e-3), "{} {parts}", whole[i][c]);
+        }
+    }
 }

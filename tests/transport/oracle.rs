@@ -1,23 +1,25 @@
 //! The oracle (transport.md, 5): every technique that could have made a whole path, with its density, from the
 //! definitions and by loops over the path, in f64.
 //!
-//! It shares the evaluations of BSDFs, lights and the camera with the renderer, and none of the weight code.
+//! It shares the evaluations of BSDFs, phase functions, media, lights and the camera with the renderer, and none of the
+//! weight code. Which media an edge crosses it finds out from points on the edge, where the renderer counts crossings.
 
 use glam::{DVec3, Vec2, Vec3A};
-use tyndall::bsdf::Mode;
-use tyndall::geometry::SurfacePoint;
+use tyndall::bsdf::{Mode, Site};
+use tyndall::geometry::{Ray, SurfacePoint, offset_origin};
 use tyndall::light::LightPoint;
 use tyndall::math::Frame;
-use tyndall::scene::Scene;
+use tyndall::scene::{Collision, Scene};
 use tyndall::transport::light_path::LIGHT_PATHS_A_PIXEL;
+use tyndall::transport::walk::Place;
 use tyndall::transport::{Settings, Technique};
 
-/// A whole path: x_0 on a light, `surfaces` between, the last vertex on the lens.
+/// A whole path: x_0 on a light, `interior` between, the last vertex on the lens.
 #[derive(Clone, Debug)]
 pub struct FullPath {
     pub light: LightPoint,
     /// x_1 … x_{k-1}.
-    pub surfaces: Vec<SurfacePoint>,
+    pub interior: Vec<Place>,
     pub lens: Vec3A,
 }
 
@@ -52,7 +54,7 @@ struct Interior {
     /// continuation. At a specular vertex both are relative to the same Dirac.
     light: f64,
     camera: f64,
-    /// f · |wl·ns| / |wl·ng|; at a specular vertex, the Dirac's coefficient such that times |wc·ng| and over `light`
+    /// f · |wl·ns| / |wl·ng|, or σ_s · phase; at a specular vertex, the Dirac's coefficient such that times |wc·ng| and over `light`
     /// it is what the light subpath's throughput is multiplied by.
     value: DVec3,
 }
@@ -62,8 +64,13 @@ fn d(v: Vec3A) -> DVec3 {
 }
 
 impl FullPath {
+    /// The interior vertices of a path through no medium.
+    pub fn surfaces(&self) -> Vec<SurfacePoint> {
+        self.interior.iter().map(|place| *place.surface().expect("no medium")).collect()
+    }
+
     fn segments(&self) -> usize {
-        self.surfaces.len() + 1
+        self.interior.len() + 1
     }
 
     /// Unit direction from x_i to x_{i+1}.
@@ -80,7 +87,7 @@ impl FullPath {
         } else if i == self.segments() {
             d(self.lens)
         } else {
-            d(self.surfaces[i - 1].p)
+            d(self.interior[i - 1].position())
         }
     }
 
@@ -100,44 +107,107 @@ impl FullPath {
         } else if i == self.segments() {
             1.0
         } else {
-            d(self.surfaces[i - 1].ng).dot(w).abs()
+            match &self.interior[i - 1] {
+                Place::Surface(point) => d(point.ng).dot(w).abs(),
+                Place::Medium(_) => 1.0,
+            }
         }
     }
 
-    fn interior(&self, scene: &Scene, i: usize, end: bool) -> Interior {
-        let point = &self.surfaces[i - 1];
-        let (wl, wc) = (-self.direction(scene, i - 1).as_vec3a(), self.direction(scene, i).as_vec3a());
-        let frame = Frame::from_normal(point.ns);
-        let (ll, lc) = (frame.to_local(wl), frame.to_local(wc));
-        let material = scene.material(point.shape);
-        let continuation = f64::from(material.continuation(point.uv));
-        let adjoint = |z: f32, w: Vec3A| f64::from((z / w.dot(point.ng)).abs());
-        if !end {
-            // The specular lobe, if that is what joins the two directions: found by asking for samples.
-            for k in 0..64 {
-                let u = (k as f32 + 0.5) / 64.0;
-                let Some(sample) = material.sample(point.uv, ll, Mode::Importance, (u, Vec2::splat(0.5)))
-                else {
-                    continue;
-                };
-                if sample.specular && (sample.to - lc).length() < 1e-4 {
-                    let pdf = f64::from(sample.pdf);
-                    return Interior {
-                        specular: true,
-                        light: pdf * continuation,
-                        camera: f64::from(sample.pdf_rev) * continuation,
-                        value: d(sample.weight) * pdf * adjoint(ll.z, wl) / f64::from(lc.z.abs()),
-                    };
-                }
+    /// σ_t of vertex i in a medium; 1 of any other.
+    fn rate(&self, i: usize) -> DVec3 {
+        match i.checked_sub(1).and_then(|i| self.interior.get(i)) {
+            Some(Place::Medium(collision)) => d(collision.coefficients.sigma_t),
+            _ => DVec3::ONE,
+        }
+    }
+
+    /// The optical depth of the edge x_i … x_{i+1}, and the part of it in media that scatter.
+    fn depths(&self, scene: &Scene, i: usize) -> (DVec3, DVec3) {
+        let infinite = i == 0 && scene.lights.is_infinite(&self.light);
+        // From x_{i+1} to x_i.
+        let start = self.position(i + 1);
+        let dir = -self.direction(scene, i);
+        let length = if infinite { f64::INFINITY } else { start.distance(self.position(i)) };
+        // Where boundaries cut it: whether they matter or not, the points between say what is there.
+        let mut cuts = vec![0.0];
+        let mut ray = match self.interior.get(i) {
+            Some(place) => place.spawn(dir.as_vec3a()),
+            None => Ray::new(self.lens, dir.as_vec3a()),
+        };
+        while let Some(hit) = scene.geometry.boundary(&ray) {
+            let t = (d(hit.point.p) - start).dot(dir);
+            if t >= length {
+                break;
+            }
+            cuts.push(t);
+            ray = hit.point.spawn(ray.dir);
+        }
+        cuts.push(length);
+        let (mut all, mut scattering) = (DVec3::ZERO, DVec3::ZERO);
+        for cut in cuts.windows(2) {
+            let middle = if cut[1].is_finite() { 0.5 * (cut[0] + cut[1]) } else { cut[0] + 1.0 };
+            let point = (start + dir * middle).as_vec3a();
+            let inside = scene.solids.at(&scene.geometry, point);
+            let Some(medium) = scene.medium_within(&inside) else { continue };
+            let depth = d(medium.coefficients(point).sigma_t) * (cut[1] - cut[0]);
+            all += depth;
+            if medium.scatters() {
+                scattering += depth;
             }
         }
-        let value = material.evaluate(point.uv, ll, lc);
-        Interior {
-            specular: false,
-            light: f64::from(value.pdf_lc) * continuation,
-            camera: f64::from(value.pdf_cl) * continuation,
-            value: d(value.f) * adjoint(ll.z, wl),
+        (all, scattering)
+    }
+
+    fn interior(&self, scene: &Scene, i: usize, end: bool) -> Interior {
+        let (wl, wc) = (-self.direction(scene, i - 1).as_vec3a(), self.direction(scene, i).as_vec3a());
+        match &self.interior[i - 1] {
+            Place::Surface(point) => on_surface(scene, point, wl, wc, end),
+            Place::Medium(collision) => in_medium(scene, collision, wl, wc),
         }
+    }
+}
+
+fn in_medium(scene: &Scene, collision: &Collision, wl: Vec3A, wc: Vec3A) -> Interior {
+    let medium = &scene.media[collision.medium as usize];
+    let coefficients = medium.coefficients(collision.p);
+    let phase = f64::from(medium.phase().evaluate(wl, wc));
+    let pdf = phase * f64::from(medium.continuation(&coefficients));
+    Interior { specular: false, light: pdf, camera: pdf, value: d(coefficients.sigma_s) * phase }
+}
+
+fn on_surface(scene: &Scene, point: &SurfacePoint, wl: Vec3A, wc: Vec3A, end: bool) -> Interior {
+    let frame = Frame::from_normal(point.ns);
+    let (ll, lc) = (frame.to_local(wl), frame.to_local(wc));
+    let beside = scene.solids.at(&scene.geometry, offset_origin(point.p, point.ng, wl));
+    let site = Site { uv: point.uv, outside: scene.solids.outside_index(point.shape, &beside) };
+    let material = scene.material(point.shape);
+    let continuation = f64::from(material.continuation(point.uv));
+    let adjoint = |z: f32, w: Vec3A| f64::from((z / w.dot(point.ng)).abs());
+    if !end {
+        // The specular lobe, if that is what joins the two directions: found by asking for samples.
+        for k in 0..64 {
+            let u = (k as f32 + 0.5) / 64.0;
+            let Some(sample) = material.sample(site, ll, Mode::Importance, (u, Vec2::splat(0.5))) else {
+                continue;
+            };
+            if sample.specular && (sample.to - lc).length() < 1e-4 {
+                let pdf = f64::from(sample.pdf);
+                return Interior {
+                    specular: true,
+                    light: pdf * continuation,
+                    camera: f64::from(sample.pdf_rev) * continuation,
+                    value: d(sample.weight) * pdf * adjoint(ll.z, wl) / f64::from(lc.z.abs()),
+                };
+            }
+        }
+    }
+    let value = material.evaluate(site, ll, lc);
+    Interior {
+        specular: false,
+        light: f64::from(value.pdf_lc) * continuation,
+        camera: f64::from(value.pdf_cl) * continuation,
+        value: d(value.f) * adjoint(ll.z, wl),
     }
 }
 
@@ -154,6 +224,10 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
     let out = path.direction(scene, 0).as_vec3a();
     let lens_dir = -path.direction(scene, k - 1).as_vec3a();
 
+    let depths: Vec<(DVec3, DVec3)> = (0..k).map(|i| path.depths(scene, i)).collect();
+    // The free-flight factor of an edge as sampled so that it ends in vertex `end`: one of three channels is drawn from.
+    let flight = |edge: usize, end: usize| path.rate(end).dot((-depths[edge].1).exp()) / 3.0;
+
     let mut p = vec![0.0; k + 1];
     let mut r = vec![0.0; k + 1];
     p[0] = f64::from(lights.pdf_position(&scene.geometry, &path.light));
@@ -162,7 +236,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
         let leaving =
             if i == 1 { f64::from(lights.pdf_direction(&path.light, out)) } else { at(i - 1).light };
         let w = path.direction(scene, i - 1);
-        p[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i - 1);
+        p[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i - 1) * flight(i - 1, i);
     }
     for i in 0..k {
         let leaving = if i + 1 == k {
@@ -171,7 +245,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
             at(i + 1).camera
         };
         let w = path.direction(scene, i);
-        r[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i);
+        r[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i) * flight(i, i);
     }
 
     let specular = |i: usize| (1..k).contains(&i) && at(i).specular;
@@ -186,7 +260,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
             let seen = k > 1 || lights.is_hittable(&path.light);
             if on(Technique::Lens) && seen { f64::from(LIGHT_PATHS_A_PIXEL) } else { 0.0 }
         } else if s == 1 {
-            let x1 = path.surfaces[0].p;
+            let x1 = path.interior[0].position();
             let toward = f64::from(lights.pdf_toward(&scene.geometry, &path.light, x1));
             if on(Technique::NextEvent) { toward / p[0] } else { 0.0 }
         } else if on(Technique::Connect) {
@@ -204,6 +278,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
     for i in 0..k {
         let w = path.direction(scene, i);
         contribution *= path.cosine(scene, i, w) * path.cosine(scene, i + 1, w) * path.falloff(scene, i);
+        contribution *= (-depths[i].0).exp();
     }
     for i in 1..k {
         contribution *= at(i).value;

@@ -28,7 +28,7 @@ struct Seen {
 
 impl Seen {
     fn count(&mut self, scene: &Scene, traced: &Traced) {
-        let (surfaces, s) = (&traced.path.surfaces, traced.sample.s as usize);
+        let (surfaces, s) = (traced.path.surfaces(), traced.sample.s as usize);
         // x_i is surfaces[i - 1]; the light subpath goes on from x_1 … x_{s-2}, the camera subpath from x_{s+1} on.
         let bent = |i: usize| surfaces[i - 1].ns.dot(surfaces[i - 1].ng) < 0.99;
         let dirac = |i: usize| !scene.material(surfaces[i - 1].shape).has_smooth();
@@ -47,10 +47,11 @@ impl Seen {
 /// smaller cosines, too coarsely.
 fn clear(scene: &Scene, traced: &Traced) -> bool {
     let path = &traced.path;
-    let position = |i: usize| if i == 0 { path.light.p } else { path.surfaces[i - 1].p };
-    (1..=path.surfaces.len()).all(|i| {
-        let point = &path.surfaces[i - 1];
-        let next = path.surfaces.get(i).map_or(path.lens, |next| next.p);
+    let surfaces = path.surfaces();
+    let position = |i: usize| if i == 0 { path.light.p } else { surfaces[i - 1].p };
+    (1..=surfaces.len()).all(|i| {
+        let point = &surfaces[i - 1];
+        let next = surfaces.get(i).map_or(path.lens, |next| next.p);
         let before = if i == 1 && scene.lights.is_infinite(&path.light) {
             path.light.n
         } else {

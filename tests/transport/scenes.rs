@@ -56,7 +56,9 @@ pub fn load_with(name: &str, old: &str, new: &str) -> Scene {
 
 /// All of them.
 pub fn all() -> impl Iterator<Item = (&'static str, Scene)> {
-    ["surfaces", "glass", "lights", "environment", "furnace"].into_iter().map(|name| (name, load(name)))
+    ["surfaces", "glass", "lights", "environment", "furnace", "fog", "balls", "drink", "furnace_fog"]
+        .into_iter()
+        .map(|name| (name, load(name)))
 }
 
 /// Techniques that can make no path in a scene.

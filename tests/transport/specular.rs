@@ -10,7 +10,7 @@ use glam::{DVec3, UVec2, Vec2, Vec3, Vec3A};
 use std::f64::consts::PI;
 use tyndall::bsdf::{BsdfSample, Dielectric, Diffuse, Layered, Material, Mirror, Mode};
 use tyndall::film::Sample;
-use tyndall::geometry::ShapeDesc;
+use tyndall::geometry::{ShapeDesc, SurfacePoint};
 use tyndall::scene::Scene;
 use tyndall::scene::file::source::Source;
 use tyndall::texture::Texture;
@@ -204,6 +204,10 @@ struct Checked {
     caustic: u32,
 }
 
+fn surface(vertex: &Vertex) -> &SurfacePoint {
+    vertex.place.surface().expect("no medium")
+}
+
 /// Checks a chain from `a`, which was reached with the density `density` and left with `leave` times the cosine over π,
 /// to the last of `vertices`; all between are Diracs.
 fn check(
@@ -217,13 +221,13 @@ fn check(
 ) {
     let (last, glass) = vertices.split_last().expect("a chain");
     let d = |v: Vec3A| v.as_dvec3();
-    let b = End { p: d(last.point.p), n: d(last.point.ng) };
+    let b = End { p: d(surface(last).p), n: d(surface(last).ng) };
     let mut points = vec![a.p];
-    points.extend(vertices.iter().map(|v| d(v.point.p)));
+    points.extend(vertices.iter().map(|v| d(surface(v).p)));
     let mut events = Vec::new();
     let mut index: i32 = 0;
     for (i, vertex) in glass.iter().enumerate() {
-        let (here, n) = (points[i + 1], d(vertex.point.ng));
+        let (here, n) = (points[i + 1], d(surface(vertex).ng));
         let before = (points[i] - here).normalize().dot(n);
         let after = (points[i + 2] - here).normalize().dot(n);
         // Beyond 84 degrees the rounding of the renderer's directions shows.
@@ -234,7 +238,7 @@ fn check(
         if !reflected {
             index += if before > 0.0 { 1 } else { -1 };
         }
-        let glass = match scene.geometry.shape(vertex.point.shape) {
+        let glass = match scene.geometry.shape(surface(vertex).shape) {
             ShapeDesc::Sphere { centre, radius } => Glass::Sphere(d(*centre), f64::from(*radius)),
             _ => Glass::Plane(here, n),
         };
@@ -275,7 +279,7 @@ fn check(
 }
 
 fn is_glass(scene: &Scene, vertex: &Vertex) -> bool {
-    scene.material(vertex.point.shape).has_specular()
+    scene.material(surface(vertex).shape).has_specular()
 }
 
 /// From a point on the light, or where `light` is false from the camera's first diffuse vertex, through glass to the
@@ -305,7 +309,7 @@ fn check_walks(name: &str, scene: &Scene, light: bool, seen: &mut Checked) {
                 if is_glass(scene, first) {
                     continue;
                 }
-                let end = End { p: first.point.p.as_dvec3(), n: first.point.ng.as_dvec3() };
+                let end = End { p: surface(first).p.as_dvec3(), n: surface(first).ng.as_dvec3() };
                 (end, f64::from(first.link.density), ALBEDO, rest)
             };
             let Some(length) = rest.iter().position(|v| !is_glass(scene, v)).filter(|l| *l > 0) else {

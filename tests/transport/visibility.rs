@@ -20,20 +20,20 @@ fn paths(scene: &Scene, iterations: u64) -> impl Iterator<Item = Traced> {
 /// The ends of the edge that joins the two subpaths, the camera's side first: a point and how to leave it.
 fn joint(scene: &Scene, traced: &Traced) -> Option<(Ray, f32)> {
     let (path, s) = (&traced.path, traced.sample.s as usize);
-    let k = path.surfaces.len() + 1;
+    let k = path.interior.len() + 1;
     if traced.sample.technique == Technique::Hit {
         return None;
     }
     // x_{s-1} and x_s.
     let infinite = s == 1 && scene.lights.is_infinite(&path.light);
-    let position = |i: usize| if i == 0 { path.light.p } else { path.surfaces[i - 1].p };
+    let position = |i: usize| if i == 0 { path.light.p } else { path.interior[i - 1].position() };
     let start = if s == k { path.lens } else { position(s) };
     let (dir, distance) = if infinite {
         (path.light.n, f32::INFINITY)
     } else {
         (position(s - 1) - start).normalize_and_length()
     };
-    let ray = if s == k { Ray::new(start, dir) } else { path.surfaces[s - 1].spawn(dir) };
+    let ray = if s == k { Ray::new(start, dir) } else { path.interior[s - 1].spawn(dir) };
     Some((ray, distance))
 }
 
@@ -71,7 +71,7 @@ fn opaque_surfaces_let_nothing_through() {
     for traced in paths(&scene, 16) {
         let path = &traced.path;
         let infinite = scene.lights.is_infinite(&path.light);
-        for (i, point) in path.surfaces.iter().enumerate() {
+        for (i, point) in path.surfaces().iter().enumerate() {
             if is_glass(scene.material(point.shape)) {
                 continue;
             }
@@ -79,9 +79,9 @@ fn opaque_surfaces_let_nothing_through() {
             let wl = match i {
                 0 if infinite => path.light.n,
                 0 => toward(path.light.p),
-                _ => toward(path.surfaces[i - 1].p),
+                _ => toward(path.surfaces()[i - 1].p),
             };
-            let wc = toward(path.surfaces.get(i + 1).map_or(path.lens, |next| next.p));
+            let wc = toward(path.surfaces().get(i + 1).map_or(path.lens, |next| next.p));
             let (l, c) = (wl.dot(point.ng), wc.dot(point.ng));
             // A sign is told only where rounding cannot change it.
             let clear = l.abs().min(c.abs()) > 1e-4;

@@ -132,9 +132,9 @@ fn tree_loses_no_hit() {
             let shapes = soup(300, scale, offset, 20 + seed as u64);
             let geometry = Geometry::build(shapes);
             for ray in rays(4000, scale, offset, 200 + seed as u64) {
-                let found = geometry.bvh.closest(&ray).map(|f| f.t);
-                assert_eq!(found, geometry.bvh.closest_of_all(&ray), "{ray:?} at scale {scale}");
-                assert_eq!(geometry.bvh.any(&ray), found.is_some());
+                let found = geometry.walls.closest(&ray).map(|f| f.t);
+                assert_eq!(found, geometry.walls.closest_of_all(&ray), "{ray:?} at scale {scale}");
+                assert_eq!(geometry.walls.any(&ray), found.is_some());
             }
         }
     }
@@ -211,13 +211,16 @@ fn hits_lie_on_the_surface_and_face_outwards() {
 }
 
 #[test]
-fn see_through_shapes_are_passed() {
+fn boundaries_and_walls_are_told_apart() {
     let wall = |z: f32| ShapeDesc::Disc { centre: Vec3A::Z * z, normal: Vec3A::Z, radius: 1.0 };
     let geometry = Geometry::build_with(vec![(wall(1.0), true), (wall(2.0), false)]);
     let ray = Ray::new(Vec3A::new(0.1, 0.2, 0.0), Vec3A::Z);
     assert_eq!(geometry.intersect(&ray).unwrap().point.shape, 1);
     assert!(!geometry.occluded(&Ray { t_max: 1.5, ..ray }));
-    assert!(geometry.is_see_through(0) && !geometry.is_see_through(1));
+    let boundary = geometry.boundary(&ray).unwrap();
+    assert_eq!((boundary.point.shape, boundary.point.prim, boundary.t), (0, 0, 1.0));
+    assert!(geometry.boundary(&boundary.point.spawn(Vec3A::Z)).is_none());
+    assert!(geometry.has_boundaries() && geometry.is_boundary(0) && !geometry.is_boundary(1));
     assert_eq!(geometry.primitive_count(), 2);
 }
 

@@ -32,7 +32,6 @@ impl Media {
     }
 
     /// The index of a medium by its name.
-    #[allow(dead_code)]
     pub fn index(&mut self, context: &Context, name: &Spanned<String>) -> Result<u32> {
         match self.names.iter().position(|(n, _)| n == name.get_ref()) {
             Some(i) => {

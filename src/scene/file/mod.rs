@@ -2,7 +2,7 @@
 //!
 //! [`schema`] says what a file may hold. A file is read in three steps, each with errors that name file, line and
 //! column: TOML to checked values ([`source`], [`values`]); names to what they stand for, and files that the scene
-//! refers to; and the whole, which has to have a camera and a light.
+//! refers to; and the whole, which has to have a camera and a light, and solids that can be told apart.
 
 mod camera;
 mod choice;
@@ -14,15 +14,16 @@ mod media;
 mod profile;
 pub mod schema;
 mod shapes;
+mod solids;
 pub mod source;
 mod textures;
 mod transform;
 pub mod values;
 
 use crate::error::{Error, Result, nearest};
-use crate::geometry::{Geometry, ShapeDesc, ShapeStats};
-use crate::light::Lights;
-use crate::scene::{RenderDefaults, Scene, SceneNotes};
+use crate::geometry::Geometry;
+use crate::light::{Light, Lights};
+use crate::scene::{Inside, RenderDefaults, Scene, SceneNotes, Solids, Traits};
 use context::Context;
 use glam::UVec2;
 use materials::Materials;
@@ -102,18 +103,22 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
     let mut textures = Textures::load(&mut context, &file.texture)?;
     let mut materials = Materials::load(&mut context, &mut textures, &file.material)?;
     let shapes = shapes::build(&mut context, &mut materials, &file.shape)?;
-    let media = Media::load(&mut context, &file.medium)?;
+    let mut media = Media::load(&mut context, &file.medium)?;
+    let solids = solids::build(&mut context, &file, &materials, &mut media, &shapes)?;
     let mut lights = shapes.lights.clone();
     lights.extend(lights::build(&mut context, &file.light)?);
     if lights.is_empty() {
         let message = "the scene has no light: add a [[light]], or give a shape an `emission`";
         return Err(Error::file(source.path(), message));
     }
-    warn_of_oddities(&mut context, &file, &textures, &materials, &media, &shapes);
+    warn_of_unused(&mut context, &file, &textures, &materials, &media);
     let Shapes { shapes, materials: shape_materials, names: shape_names, .. } = shapes;
-    let geometry = Geometry::build_with(shapes);
+    let boundaries = boundaries(&solids, &materials, &shape_materials);
+    let geometry = Geometry::build_with(shapes.into_iter().zip(boundaries).collect());
+    solids::check_overlaps(&mut context, &file, &shape_names, &solids, &geometry)?;
     let (light_names, lights): (Vec<String>, Vec<_>) = lights.into_iter().unzip();
     let lights = Lights::new(lights, &geometry).map_err(|e| Error::file(source.path(), e))?;
+    check_endless(&mut context, &file, &media, &solids, &lights)?;
     let mut warnings = context.warnings;
     warnings.extend(lights.warnings().iter().cloned());
     let notes = SceneNotes {
@@ -124,6 +129,8 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
         texture_bytes: textures.bytes(),
         defaults,
     };
+    let (media, camera_inside) = (media.all, solids.at(&geometry, camera.position()));
+    let light_inside = lights.lights().iter().map(|l| inside_of_light(l, &solids, &geometry)).collect();
     Ok(Scene {
         name: file.name.unwrap_or_else(|| name_of(source.path())),
         camera,
@@ -132,7 +139,11 @@ pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
         shape_materials,
         shape_names,
         lights,
-        media: media.all,
+        traits: Traits::of(&media),
+        media,
+        solids,
+        camera_inside,
+        light_inside,
         warnings,
         dependencies: context.dependencies,
         notes,
@@ -152,14 +163,61 @@ fn defaults(context: &Context, def: &RenderDef) -> Result<RenderDefaults> {
     Ok(defaults)
 }
 
-/// Warns of what can be rendered but is hardly meant.
-fn warn_of_oddities(
+/// By shape, whether a ray may pass it: what solids say, and null shapes with nothing inside.
+fn boundaries(solids: &Solids, materials: &Materials, shape_materials: &[u32]) -> Vec<bool> {
+    let mut passable = solids.boundaries();
+    for (passable, material) in passable.iter_mut().zip(shape_materials) {
+        *passable |= materials.all[*material as usize].is_null();
+    }
+    passable
+}
+
+/// The solids that a light is in, its own apart, where that is the same for all its points.
+fn inside_of_light(light: &Light, solids: &Solids, geometry: &Geometry) -> Option<Inside> {
+    match light {
+        Light::Area(l) => solids.within(geometry, &geometry.shape(l.shape()).bounds(), Some(l.shape())),
+        Light::Point(l) => Some(solids.at(geometry, l.position())),
+        Light::Spot(l) => Some(solids.at(geometry, l.position())),
+        Light::Directional(_) | Light::Environment(_) => Some(Inside::NOTHING),
+    }
+}
+
+/// A medium without an end must not shine without bound, and lets no light in from infinitely far away.
+fn check_endless(
+    context: &mut Context,
+    file: &SceneFile,
+    media: &Media,
+    solids: &Solids,
+    lights: &Lights,
+) -> Result<()> {
+    let Some(name) = &file.world.medium else { return Ok(()) };
+    let medium = &media.all[solids.world() as usize];
+    if medium.shines_without_bound() {
+        let message = format!(
+            "`{}` fills the world and shines where it does not absorb: the scene would be infinitely bright",
+            name.get_ref()
+        );
+        return Err(context.source.error(name.span(), message));
+    }
+    let infinite = lights.lights().iter().any(|l| matches!(l, Light::Directional(_) | Light::Environment(_)));
+    if infinite {
+        let message = format!(
+            "`{}` fills the world without end: directional and environment lights do not get through it (put it into \
+             a closed shape with a null material)",
+            name.get_ref()
+        );
+        context.warn(name.span(), message);
+    }
+    Ok(())
+}
+
+/// Warns of what is there but not used.
+fn warn_of_unused(
     context: &mut Context,
     file: &SceneFile,
     textures: &Textures,
     materials: &Materials,
     media: &Media,
-    shapes: &Shapes,
 ) {
     for (name, span) in materials.unused() {
         context.warn(span, format!("material `{name}` is not used"));
@@ -170,24 +228,6 @@ fn warn_of_oddities(
     for (name, _) in &file.texture.0 {
         if textures.unused().any(|unused| unused == name.get_ref()) {
             context.warn(name.span(), format!("texture `{}` is not used", name.get_ref()));
-        }
-    }
-    for (i, def) in file.shape.iter().enumerate() {
-        let (shape, _) = &shapes.shapes[i];
-        let bounds_a_medium =
-            matches!(materials.all[shapes.materials[i] as usize], crate::bsdf::Material::Dielectric(_));
-        if !bounds_a_medium || !matches!(shape, ShapeDesc::Mesh(_)) {
-            continue;
-        }
-        let stats = ShapeStats::of(shape);
-        let name = &shapes.names[i];
-        if !stats.closed {
-            context.warn(def.span(), format!("`{name}` is of a dielectric but not closed: it has no inside"));
-        } else if stats.volume.is_some_and(|v| v < 0.0) {
-            context.warn(
-                def.span(),
-                format!("`{name}` is of a dielectric and inside out: its inside is outside"),
-            );
         }
     }
 }

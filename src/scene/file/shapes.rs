@@ -22,8 +22,8 @@ const MESHES: [&str; 2] = [".obj", ".ply"];
 /// What the shapes of a file come to, by index of the shape.
 #[derive(Debug, Default)]
 pub(super) struct Shapes {
-    /// World space; with whether light passes as if it were not there.
-    pub shapes: Vec<(ShapeDesc, bool)>,
+    /// In world space.
+    pub shapes: Vec<ShapeDesc>,
     /// Indices of materials.
     pub materials: Vec<u32>,
     /// Names for people.
@@ -67,7 +67,7 @@ pub(super) fn build(
             let light = AreaLight::new(i as u32, emission.radiance.0, emission.two_sided);
             all.lights.push((name.clone(), Light::Area(context.at(spanned.span(), light)?)));
         }
-        all.shapes.push((moved, is_null));
+        all.shapes.push(moved);
         all.materials.push(material);
         all.names.push(name);
     }

@@ -24,12 +24,19 @@ pub struct MediumInfo {
     pub mean_cosine: f32,
     /// Radiance that a metre emits, W/(sr m³).
     pub emission: [f32; 3],
+    /// Names of the shapes that it is in, the foremost first; `world` where it is about them all.
+    pub fills: Vec<String>,
 }
 
 /// Of all media, in order.
 pub(super) fn media(scene: &Scene) -> Vec<MediumInfo> {
     let diagonal = extent(scene).map(|e| e.diagonal);
-    let info = |(name, medium): (&String, &Medium)| {
+    let fills = |index: u32| {
+        let solids = scene.solids.all().iter().filter(|s| s.medium == index);
+        let shapes = solids.map(|s| scene.shape_names[s.shape as usize].clone());
+        shapes.chain((scene.solids.world() == index).then(|| "world".to_owned())).collect()
+    };
+    let info = |(i, (name, medium)): (usize, (&String, &Medium))| {
         let summary = medium.summary();
         MediumInfo {
             name: name.clone(),
@@ -40,9 +47,10 @@ pub(super) fn media(scene: &Scene) -> Vec<MediumInfo> {
             phase: summary.phase,
             mean_cosine: summary.mean_cosine,
             emission: summary.emission.into(),
+            fills: fills(i as u32),
         }
     };
-    scene.notes.medium_names.iter().zip(&scene.media).map(info).collect()
+    scene.notes.medium_names.iter().zip(&scene.media).enumerate().map(info).collect()
 }
 
 /// A table of media, as text; nothing where there are none.
@@ -67,6 +75,8 @@ pub(super) fn write(media: &[MediumInfo], f: &mut fmt::Formatter) -> fmt::Result
         if [r, g, b] != [0.0; 3] {
             writeln!(f, "  {:<w$}  emits {r:.4} {g:.4} {b:.4} W/(sr m³)", "")?;
         }
+        let fills = if m.fills.is_empty() { "nothing".to_owned() } else { m.fills.join(", ") };
+        writeln!(f, "  {:<w$}  in {fills}", "")?;
     }
     Ok(())
 }

@@ -29,6 +29,9 @@ pub struct SceneFile {
     pub film: FilmDef,
     /// Where the scene is seen from: `[camera]`.
     pub camera: Option<Spanned<CameraDef>>,
+    /// What is about all shapes: `[world]`.
+    #[serde(default)]
+    pub world: WorldDef,
     /// What a render of this scene does unless told otherwise: `[render]`.
     #[serde(default)]
     pub render: RenderDef,
@@ -99,6 +102,15 @@ pub enum FovAxis {
     Vertical,
 }
 
+/// `[world]`: what is about all shapes, and about the camera where it is in none.
+#[derive(Deserialize, Debug, Default)]
+#[serde(deny_unknown_fields)]
+pub struct WorldDef {
+    /// Name of the medium that fills all space outside of solids, without end; default: none. Light from infinitely far
+    /// away does not get through it.
+    pub medium: Option<Spanned<String>>,
+}
+
 /// `[render]`: defaults for renders of this scene; the command line and experiments override them.
 #[derive(Deserialize, Debug, Default)]
 #[serde(deny_unknown_fields)]
@@ -119,6 +131,12 @@ pub struct ShapeDef {
     pub material: Option<Spanned<String>>,
     /// Radiance that it emits.
     pub emission: Option<EmissionDef>,
+    /// Name of the medium inside, see `[medium.NAME]`; default: nothing. For closed shapes of any material: a room may
+    /// be full of fog.
+    pub interior: Option<Spanned<String>>,
+    /// Where solids overlap, the one with the higher priority is there; default 0. Among equals it is the smaller one,
+    /// so what lies wholly inside another needs none.
+    pub priority: Option<Spanned<i32>>,
     /// Steps from the shape's own coordinates to the world's, the first step applied first; default: none.
     #[serde(default)]
     pub transform: Vec<Spanned<StepDef>>,

@@ -1,0 +1,230 @@
+//! Rays through whatever fills space: flights that may end in a collision (the short view), whole rays with all their
+//! stretches (the long view), and segments between two points.
+//!
+//! Index-matched boundaries, and those that another solid hides, change the medium and nothing else: they end no edge.
+//! The distance to a collision is drawn once an edge, see [`crate::medium::Draw`], whatever it crosses.
+
+use super::Scene;
+use super::inside::Inside;
+use crate::geometry::{Hit, Ray, SurfacePoint};
+use crate::math::{Rgb, RgbExt, Stream};
+use crate::medium::{Coefficients, Draw, Medium, Passage};
+use glam::Vec3A;
+
+/// A boundary that a wall touches comes after the wall: so much further, relatively, walls are looked for. Otherwise a
+/// ray could cross a boundary that a wall coincides with, and start again behind the wall.
+const WALL_FIRST: f32 = 1.0 + 1.0 / (1 << 20) as f32;
+
+/// A scattering point in a medium.
+#[derive(Clone, Copy, Debug)]
+pub struct Collision {
+    /// Where.
+    pub p: Vec3A,
+    /// The medium's coefficients there.
+    pub coefficients: Coefficients,
+    /// Index of the medium.
+    pub medium: u32,
+}
+
+/// What a flight ends in.
+#[derive(Clone, Copy, Debug)]
+pub enum End {
+    /// A surface.
+    Surface(SurfacePoint),
+    /// A scattering point.
+    Collision(Collision),
+    /// Nothing: the ray left the scene.
+    Open,
+}
+
+/// Where a flight led to.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// What it ends in.
+    pub end: End,
+    /// Distance in metres; infinite for an open end.
+    pub distance: f32,
+    /// What the edge lets through, and its free-flight factors.
+    pub passage: Passage,
+    /// The solids at the end; at a surface, on the side that the flight came from.
+    pub inside: Inside,
+}
+
+/// A part of a ray within one medium.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch<'a> {
+    /// Where it starts.
+    pub origin: Vec3A,
+    /// The ray's unit direction.
+    pub dir: Vec3A,
+    /// Distance from the ray's origin to the start (metres).
+    pub start: f32,
+    /// In metres; may be infinite.
+    pub length: f32,
+    /// What is in it; `None` for nothing.
+    pub medium: Option<&'a Medium>,
+    /// From the ray's origin to the start.
+    pub before: Passage,
+}
+
+impl Scene {
+    /// The medium at a point inside of these solids.
+    #[inline]
+    pub fn medium_within(&self, inside: &Inside) -> Option<&Medium> {
+        self.media.get(self.solids.medium(inside) as usize)
+    }
+
+    /// The short view: how far light gets along `ray`, which starts inside of the solids `inside`. Draws random numbers
+    /// only in scenes where something scatters.
+    #[inline]
+    pub fn fly(&self, ray: &Ray, inside: Inside, random: &mut Stream) -> Arrival {
+        if self.is_void() {
+            let (end, distance) = match self.geometry.intersect(ray) {
+                Some(hit) => (End::Surface(hit.point), hit.t),
+                None => (End::Open, f32::INFINITY),
+            };
+            return Arrival { end, distance, passage: Passage::CLEAR, inside };
+        }
+        let draw = if self.traits.scattering {
+            Draw::new(random.next_2d())
+        } else {
+            Draw { channel: 0, depth: f32::INFINITY }
+        };
+        self.fly_through(ray, inside, draw)
+    }
+
+    /// Nothing but walls.
+    #[inline]
+    fn is_void(&self) -> bool {
+        self.media.is_empty() && !self.geometry.has_boundaries()
+    }
+
+    fn fly_through(&self, ray: &Ray, mut inside: Inside, mut draw: Draw) -> Arrival {
+        let dir = ray.dir;
+        let mut passage = Passage::CLEAR;
+        let mut segment = *ray;
+        let mut passed = 0.0;
+        loop {
+            let boundary = self.next_boundary(&segment);
+            let limit = boundary.map_or(f32::INFINITY, |h| h.t);
+            let medium = self.medium_within(&inside);
+            let mut collision = None;
+            if let Some(medium) = medium.filter(|m| m.scatters()) {
+                match medium.invert(segment.origin, dir, 0.0, limit, draw.channel, draw.depth) {
+                    Ok(t) => collision = Some(t),
+                    Err(left) => draw.depth = left,
+                }
+            }
+            let reach = collision.unwrap_or(limit * WALL_FIRST);
+            let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
+            let through = |t: f32| match medium {
+                Some(m) => passage.then(m.optical_depth(segment.origin, dir, 0.0, t), m.scatters()),
+                None => passage,
+            };
+            let arrive =
+                |end: End, t: f32| Arrival { end, distance: passed + t, passage: through(t), inside };
+            match (wall, collision, boundary) {
+                (Some(hit), ..) => return arrive(End::Surface(hit.point), hit.t),
+                (None, Some(t), _) => {
+                    let p = segment.at(t);
+                    let index = self.solids.medium(&inside);
+                    let coefficients = self.media[index as usize].coefficients(p);
+                    return arrive(End::Collision(Collision { p, coefficients, medium: index }), t);
+                }
+                (None, None, None) => return arrive(End::Open, f32::INFINITY),
+                (None, None, Some(hit)) if !self.solids.is_passed(hit.point.shape, &inside) => {
+                    return arrive(End::Surface(hit.point), hit.t);
+                }
+                (None, None, Some(hit)) => {
+                    passage = through(hit.t);
+                    passed += hit.t;
+                    inside = self.solids.cross(inside, &hit.point, dir);
+                    segment = hit.point.spawn(dir);
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn next_boundary(&self, ray: &Ray) -> Option<Hit> {
+        if self.geometry.has_boundaries() { self.geometry.boundary(ray) } else { None }
+    }
+
+    /// The long view: the whole ray up to the first surface, stretch by stretch in order. Returns what it ends in.
+    pub fn survey<'a>(&'a self, ray: &Ray, mut inside: Inside, mut visit: impl FnMut(&Stretch<'a>)) -> End {
+        let dir = ray.dir;
+        let mut before = Passage::CLEAR;
+        let mut segment = *ray;
+        let mut start = 0.0;
+        loop {
+            let boundary = self.next_boundary(&segment);
+            let limit = boundary.map_or(f32::INFINITY, |h| h.t * WALL_FIRST);
+            let wall = self.geometry.intersect(&Ray { t_max: limit, ..segment });
+            let first = wall.or(boundary);
+            let length = first.map_or(f32::INFINITY, |h| h.t);
+            let medium = self.medium_within(&inside);
+            visit(&Stretch { origin: segment.origin, dir, start, length, medium, before });
+            match (wall, boundary) {
+                (Some(hit), _) => return End::Surface(hit.point),
+                (None, None) => return End::Open,
+                (None, Some(hit)) if !self.solids.is_passed(hit.point.shape, &inside) => {
+                    return End::Surface(hit.point);
+                }
+                (None, Some(hit)) => {
+                    if let Some(m) = medium {
+                        before = before.then(m.optical_depth(segment.origin, dir, 0.0, length), m.scatters());
+                    }
+                    start += length;
+                    inside = self.solids.cross(inside, &hit.point, dir);
+                    segment = hit.point.spawn(dir);
+                }
+            }
+        }
+    }
+
+    /// What the segment or half-line `ray`, which starts inside of the solids `inside`, lets through; `None` where
+    /// a surface is on it.
+    #[inline]
+    pub fn passage(&self, ray: &Ray, inside: Inside) -> Option<Passage> {
+        if self.geometry.occluded(ray) {
+            return None;
+        }
+        if self.is_void() {
+            return Some(Passage::CLEAR);
+        }
+        self.passage_through(ray, inside)
+    }
+
+    fn passage_through(&self, ray: &Ray, mut inside: Inside) -> Option<Passage> {
+        let mut passage = Passage::CLEAR;
+        let mut segment = *ray;
+        loop {
+            let boundary = self.next_boundary(&segment);
+            let length = boundary.map_or(segment.t_max, |h| h.t);
+            if let Some(m) = self.medium_within(&inside) {
+                passage =
+                    passage.then(m.optical_depth(segment.origin, segment.dir, 0.0, length), m.scatters());
+            }
+            let Some(hit) = boundary else { return Some(passage) };
+            if !self.solids.is_passed(hit.point.shape, &inside) {
+                return None;
+            }
+            inside = self.solids.cross(inside, &hit.point, segment.dir);
+            segment = Ray { t_max: segment.t_max - length, ..hit.point.spawn(segment.dir) };
+        }
+    }
+
+    /// What the media along the whole of `ray` send back to its start (radiance).
+    pub fn glow(&self, ray: &Ray, inside: Inside) -> Rgb {
+        let mut radiance = Rgb::ZERO;
+        self.survey(ray, inside, |stretch| {
+            if let Some(medium) = stretch.medium.filter(|m| m.is_emissive())
+                && !stretch.before.transmittance.is_black()
+            {
+                let own = medium.emitted(stretch.origin, stretch.dir, 0.0, stretch.length);
+                radiance += stretch.before.transmittance * own;
+            }
+        });
+        radiance
+    }
+}
