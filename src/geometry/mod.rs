@@ -45,6 +45,7 @@ pub struct Geometry {
     shape_of: Vec<u32>,
     walls: Bvh,
     boundaries: Bvh,
+    has_boundaries: bool,
     bounds: Aabb,
 }
 
@@ -92,8 +93,9 @@ impl Geometry {
             let area = desc.area() as f32;
             list.push(Shape { desc, is_boundary, first, area, picker: OnceLock::new() });
         }
+        let has_boundaries = !boundaries.is_empty();
         let (walls, boundaries) = (Bvh::build(&walls), Bvh::build(&boundaries));
-        Self { shapes: list, shape_of, walls, boundaries, bounds }
+        Self { shapes: list, shape_of, walls, boundaries, has_boundaries, bounds }
     }
 
     /// The first wall that a ray meets.
@@ -111,7 +113,7 @@ impl Geometry {
     /// Whether there are any boundaries.
     #[inline]
     pub fn has_boundaries(&self) -> bool {
-        self.boundaries.is_filled()
+        self.has_boundaries
     }
 
     /// What a ray meets first in a tree.

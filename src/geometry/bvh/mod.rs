@@ -101,12 +101,6 @@ pub(super) struct Bvh {
 }
 
 impl Bvh {
-    /// Whether there is anything in it.
-    #[inline]
-    pub(super) fn is_filled(&self) -> bool {
-        !self.nodes.is_empty()
-    }
-
     /// Bytes of memory.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes)
