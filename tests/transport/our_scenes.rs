@@ -57,7 +57,7 @@ const LARGE_LAMP: (&str, &[[&str; 2]]) = (
 
 /// In our scenes no light that is a point or a direction shines straight on glass or a mirror, so path tracing can
 /// make every path.
-const CASES: [Case; 8] = [
+const CASES: [Case; 16] = [
     Case::new("cornell", ["pt", "bpt"]),
     Case { variant: Some(LARGE_LAMP), ..Case::new("mirror-caustic", ["pt", "bpt"]) },
     Case::new("furnace", ["pt", "bpt"]),
@@ -66,6 +66,14 @@ const CASES: [Case; 8] = [
     Case::new("vessels", ["pt", "bpt"]),
     Case::new("lights", ["pt", "bpt"]),
     Case::new("mirror-caustic", ["pt", "bpt"]),
+    Case::new("fog-cornell", ["pt", "bpt"]),
+    Case::new("fog-cornell", ["lt", "bpt"]),
+    Case::new("medium-balls", ["pt", "bpt"]),
+    Case::new("iced-drink", ["pt", "bpt"]),
+    Case::new("street-lamp", ["pt", "bpt"]),
+    Case::new("street-lamp", ["lt", "bpt"]),
+    Case::new("candle", ["pt", "bpt"]),
+    Case::new("still-life", ["pt", "bpt"]),
 ];
 
 /// Iterations of the long study, at most. A scene that would need more is told by what it can see with as many.
