@@ -9,7 +9,7 @@ use tyndall::transport::{Renderer, Settings};
 /// as many comparisons as the suite makes of each at most (Šidák).
 const SIGNIFICANCE: f64 = 1e-3;
 /// Comparisons of whole images in the suite, at most.
-const IMAGES: f64 = 200.0;
+const IMAGES: f64 = 400.0;
 /// Comparisons of tiles in the suite, at most.
 const TILES: f64 = 10_000.0;
 /// Chance with which a bias of the stated smallest size is seen.
@@ -31,6 +31,20 @@ pub fn runs(scene: &Scene, settings: &Settings, count: u64, iterations: u64) -> 
             film.image()
         })
         .collect()
+}
+
+/// Independent runs, 32, with as many iterations as a pilot says are needed to see a relative bias of `detectable` of the
+/// image's mean beside another mean of the same error; at most `most` iterations.
+pub fn sharp_runs(scene: &Scene, settings: &Settings, detectable: f64, most: u64) -> Vec<Image> {
+    const RUNS: u64 = 32;
+    const PILOT: u64 = 4;
+    // No run of the suite has a seed as large as this.
+    let pilot = Settings { seed: settings.seed + (1 << 20), ..*settings };
+    let image = Means::of(&runs(scene, &pilot, RUNS, PILOT)).image;
+    let seen = 2f64.sqrt() * image.detectable() / image.mean;
+    // The pilot's variance is itself uncertain.
+    let iterations = (PILOT as f64 * (seen / detectable).powi(2) * 2.2).ceil() as u64;
+    runs(scene, settings, RUNS, iterations.clamp(PILOT, most))
 }
 
 /// A film with `iterations` iterations on it.
@@ -116,6 +130,11 @@ impl Means {
         Self { tiles, image: Estimate::of(&whole) }
     }
 
+    /// What is known without any error.
+    pub fn known(image: &Image) -> Self {
+        Self::of(&[image.clone(), image.clone()])
+    }
+
     /// Fails unless every tile and the image as a whole have the mean `expected`; or if the test could not see a
     /// relative bias of `detectable` of the image.
     pub fn assert_mean(&self, what: &str, expected: f64, detectable: f64) {
@@ -139,6 +158,22 @@ impl Means {
         self.assert_sharp(what, difference, other.image.mean, detectable);
     }
 
+    /// Fails unless all means are those of `exact`, which is known to the relative error `uncertainty`; or if the test
+    /// could not see a relative bias of `detectable` of the image.
+    pub fn assert_near(&self, exact: &Image, uncertainty: f64, what: &str, detectable: f64) {
+        let exact = Self::known(exact);
+        let near = |a: &Estimate, b: &Estimate| {
+            let difference = a.minus(*b);
+            let forgiven = difference.mean.abs().min(uncertainty * b.mean).copysign(difference.mean);
+            Estimate { mean: difference.mean - forgiven, ..difference }
+        };
+        for (i, (a, b)) in self.tiles.iter().zip(&exact.tiles).enumerate() {
+            near(a, b).assert_zero(&format!("{what}, tile {i}"), b.mean, TILES);
+        }
+        near(&self.image, &exact.image).assert_zero(what, exact.image.mean, IMAGES);
+        self.assert_sharp(what, self.image, exact.image.mean, detectable - uncertainty);
+    }
+
     /// The smallest relative bias of the image mean that a comparison with `other` sees.
     pub fn detectable(&self, other: &Self) -> f64 {
         self.image.minus(other.image).detectable() / other.image.mean
@@ -151,11 +186,21 @@ impl Means {
 
     fn assert_sharp(&self, what: &str, estimate: Estimate, scale: f64, detectable: f64) {
         let smallest = estimate.detectable() / scale;
+        println!("{what}: sees a bias of {smallest:.5}");
         assert!(
             smallest <= detectable,
             "{what}: the test sees a bias of {smallest:.4} only, not {detectable}"
         );
     }
+}
+
+/// The images with one of their channels for all three.
+pub fn channel(images: &[Image], channel: usize) -> Vec<Image> {
+    let grey = |image: &Image| Image {
+        pixels: image.pixels.iter().map(|pixel| [pixel[channel]; 3]).collect(),
+        ..image.clone()
+    };
+    images.iter().map(grey).collect()
 }
 
 fn tile_mean(image: &Image, x: usize, y: usize, channel: usize) -> f64 {

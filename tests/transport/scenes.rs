@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tyndall::film::Image;
 use tyndall::film::exr::{self, LayeredImage};
-use tyndall::scene::Scene;
+use tyndall::medium::{Homogeneous, Medium};
 use tyndall::scene::file::source::Source;
+use tyndall::scene::{Scene, Traits};
 use tyndall::transport::Technique;
 
 /// An environment of a smooth sky with a small bright sun in it, made here so that no binary is in the repository.
@@ -39,6 +40,11 @@ fn path(name: &str) -> PathBuf {
     FOLDER.path().join(name).with_extension("toml")
 }
 
+/// The text of a test scene's file.
+pub fn text(name: &str) -> String {
+    std::fs::read_to_string(path(name)).expect("a test scene")
+}
+
 /// A test scene.
 pub fn load(name: &str) -> Scene {
     load_with(name, "\0", "")
@@ -47,18 +53,33 @@ pub fn load(name: &str) -> Scene {
 /// A test scene in whose file a text is replaced by another.
 pub fn load_with(name: &str, old: &str, new: &str) -> Scene {
     let path = path(name);
-    let text = std::fs::read_to_string(&path).expect("a test scene").replace(old, new);
+    let text = text(name).replace(old, new);
     match tyndall::scene::file::from_source(&Source::from_text(path, text), &Default::default()) {
         Ok(scene) => scene,
         Err(error) => panic!("{error}"),
     }
 }
 
+/// A scene of a text in the form of a scene file.
+pub fn of(text: &str) -> Scene {
+    match tyndall::scene::file::from_source(&Source::from_text(path("inline"), text), &Default::default()) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+/// The scene with another medium in the place of its first.
+pub fn refilled(mut scene: Scene, medium: Homogeneous) -> Scene {
+    scene.media[0] = Medium::Homogeneous(medium);
+    scene.traits = Traits::of(&scene.media);
+    scene
+}
+
 /// All of them.
 pub fn all() -> impl Iterator<Item = (&'static str, Scene)> {
-    ["surfaces", "glass", "lights", "environment", "furnace", "fog", "balls", "drink", "furnace_fog"]
-        .into_iter()
-        .map(|name| (name, load(name)))
+    let surfaces = ["surfaces", "glass", "lights", "environment", "furnace"];
+    let media = ["fog", "balls", "drink", "furnace_fog", "dusk", "window"];
+    surfaces.into_iter().chain(media).map(|name| (name, load(name)))
 }
 
 /// Techniques that can make no path in a scene.

@@ -1,0 +1,61 @@
+//! Rung 3 in media: every set of techniques that can render a scene has the same mean image.
+//!
+//! In a volume 1/d² has an infinite variance: where a point light or the camera is in a medium, a set needs two techniques
+//! for the paths that end there, or an empty bubble about it.
+
+use crate::measure::{Means, sharp_runs};
+use crate::scenes;
+use tyndall::scene::Scene;
+use tyndall::transport::{Heuristic, Settings, TechniqueSet};
+
+/// The first set is the yardstick; the others, every second with the power heuristic, must not differ from it.
+fn agree(name: &str, scene: &Scene, max_length: u32, detectable: f64, sets: &[&str]) {
+    let mean = |i: usize| {
+        let techniques = TechniqueSet::parse(sets[i].split(',')).expect("known names");
+        let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };
+        let settings = Settings { heuristic, max_length, seed: 1 + i as u64, ..Settings::new(techniques) };
+        Means::of(&sharp_runs(scene, &settings, detectable, 1200))
+    };
+    let yardstick = mean(0);
+    for i in 1..sets.len() {
+        let what = format!("{name}: {} and {}", sets[i], sets[0]);
+        mean(i).assert_same(&yardstick, &what, detectable);
+    }
+}
+
+/// The camera and a point light are in the fog, in sight of each other: what `bpt` and `pt,lens` leave finite.
+#[test]
+fn endless_fog_agrees() {
+    agree("fog", &scenes::load("fog"), 16, 0.02, &["bpt", "pt,lens", "pt,lens"]);
+}
+
+/// The same fog with empty bubbles about both: any set.
+#[test]
+fn fog_with_bubbles_agrees() {
+    let bubbles = "[material.nothing]\nnull = {}\n[[shape]]\nsphere = { center = [-0.6, 0.6, 0.6], radius = 0.2 }\n\
+                   material = 'nothing'\n[[shape]]\nsphere = { center = [0, 0.5, 2.5], radius = 0.4 }\n\
+                   material = 'nothing'\n[[light]]";
+    let scene = scenes::load_with("fog", "[[light]]", bubbles);
+    agree("fog with bubbles", &scene, 16, 0.02, &["pt", "bpt", "hit,lens", "pt,connect", "hit,connect,lens"]);
+}
+
+#[test]
+fn balls_agree() {
+    agree("balls", &scenes::load("balls"), 24, 0.01, &["pt", "bpt", "hit", "hit,connect", "hit,nee,lens"]);
+}
+
+#[test]
+fn the_drink_agrees() {
+    agree("drink", &scenes::load("drink"), 16, 0.02, &["pt", "bpt", "hit,lens", "hit,connect"]);
+}
+
+/// Every kind of light. What is a point or a direction cannot be hit.
+#[test]
+fn dusk_agrees() {
+    agree("dusk", &scenes::load("dusk"), 12, 0.02, &["pt", "bpt", "pt,lens", "pt,connect"]);
+}
+
+#[test]
+fn what_is_behind_the_window_agrees() {
+    agree("window", &scenes::load("window"), 24, 0.02, &["pt", "bpt", "hit,connect", "hit,lens"]);
+}
