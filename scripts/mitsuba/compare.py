@@ -3,11 +3,12 @@
 
     python scripts/mitsuba/compare.py [--quick] [SCENE.toml ...]
 
-Every scene is rendered in several independent runs by our pt and bpt and by Mitsuba's `path`, to the same path length.
+Every scene is rendered in several independent runs by our pt and bpt and by Mitsuba's `path` (`volpath` where there are
+media), to the same path length.
 The means of 8x8 tiles and of the whole image are compared by Welch's t-tests over the runs, channel by channel. All
 tests together raise a false alarm with the probability --level, half of it for the images and half for the tiles,
 shared out by Šidák. "Detects" is the relative bias that would be found nine times in ten. Without scenes, those of
-scripts/mitsuba/scenes are taken, and ../shared/cases/mitsuba/surface_box.npz is compared too where it is there.
+scripts/mitsuba/scenes are taken, and the references in ../shared/cases/mitsuba are compared too where they are there.
 Ends with exit code 1 where a difference is significant. Program: $TYNDALL, or the newest in target/.
 """
 
@@ -29,9 +30,13 @@ from welch import Welch, moments, sidak
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # With the share of samples that each needs for the same precision.
-SCENES = {"metals": 2.0, "glass": 1.0, "lights": 4.0, "lens": 0.5, "sky": 1.0}
-BOX = os.path.join(HERE, "scenes", "surface_box.toml")
-CASE = os.path.join(ROOT, "..", "shared", "cases", "mitsuba", "surface_box.npz")
+SCENES = {"metals": 2.0, "glass": 1.0, "lights": 4.0, "lens": 0.5, "sky": 1.0,
+          "haze": 1.0, "milk": 1.0, "coloured": 1.0, "nested": 1.0}
+# Left out with --quick.
+LONG = {"nested"}
+CASE_FOLDER = os.path.join(ROOT, "..", "shared", "cases", "mitsuba")
+# What ../shared has references of, each beside our scene of the same name, with the longest paths.
+CASES = {"surface_box": 128, "fog_box": 128, "index_matched_ball": 128}
 ESTIMATORS = ["pt", "bpt"]
 TILE = 8
 # Means may differ by this, relatively, through rounding to single precision.
@@ -83,9 +88,10 @@ def with_mitsuba(program, path, settings, share):
         yield Comparison(name, estimator, image, Welch.of_runs(runs, reference))
 
 
-def with_case(program, settings):
+def with_case(program, name, settings):
     """Our runs against the stored means and standard errors of each pixel."""
-    case, length = np.load(settings.case), 128
+    case, length = np.load(os.path.join(settings.cases, f"{name}.npz")), CASES[name]
+    path = os.path.join(HERE, "scenes", f"{name}.toml")
     mean, variance = case["mean"].astype(float), case["se"].astype(float) ** 2
     # Pixels are independent; their freedom adds up as Satterthwaite has it.
     pixels = mean.shape[0] * mean.shape[1]
@@ -94,9 +100,9 @@ def with_case(program, settings):
     of_tiles = tile_means(mean), np.sqrt(tile_means(variance)) / TILE, np.maximum(tile_freedom, CASE_FREEDOM)
     of_image = mean.mean(axis=(0, 1)), np.sqrt(variance.mean(axis=(0, 1)) / pixels), image_freedom
     for estimator in ESTIMATORS:
-        runs = our_runs(program, BOX, estimator, length, settings, None)
+        runs = our_runs(program, path, estimator, length, settings, None)
         image = Welch(*moments(runs.mean(axis=(1, 2))), *of_image)
-        yield Comparison("surface_box.npz", estimator, image, Welch(*moments(runs), *of_tiles))
+        yield Comparison(f"{name}.npz", estimator, image, Welch(*moments(runs), *of_tiles))
 
 
 def verdicts(comparisons, level):
@@ -104,8 +110,8 @@ def verdicts(comparisons, level):
     image_level = sidak(level / 2, sum(c.image.difference.size for c in comparisons))
     tile_level = sidak(level / 2, sum(c.tiles.difference.size for c in comparisons))
     print(f"significant: p < {image_level:.1e} for a channel of an image, p < {tile_level:.1e} for one of a tile")
-    print(f"{'':22}{'image mean, worst channel':^38}{'tiles, worst of all':^42}")
-    print(f"{'scene':16}{'ours':6}{'difference':>12}{'p':>10}{'detects':>10}      "
+    print(f"{'':30}{'image mean, worst channel':^38}{'tiles, worst of all':^42}")
+    print(f"{'scene':24}{'ours':6}{'difference':>12}{'p':>10}{'detects':>10}      "
           f"{'difference':>12}{'p':>10}{'detects (median)':>20}")
     good = True
     for c in comparisons:
@@ -117,7 +123,7 @@ def verdicts(comparisons, level):
             difference = 100 * test.difference[worst] / scale if scale > 0 else 0.0
             cells.append((difference, p[worst], 100 * bias.max(), 100 * np.median(bias), worst, p[worst] < of_test))
         (d, p, seen, _, channel, bad), (td, tp, _, tile_seen, tile, tile_bad) = cells
-        print(f"{c.scene:16}{c.estimator:6}{d:+11.3f}%{p:10.2g}{seen:9.2f}%      "
+        print(f"{c.scene:24}{c.estimator:6}{d:+11.3f}%{p:10.2g}{seen:9.2f}%      "
               f"{td:+11.3f}%{tp:10.2g}{tile_seen:19.2f}%")
         if bad:
             print(f"    DIFFERS in the mean of channel {'RGB'[channel[0]]}")
@@ -137,7 +143,7 @@ def arguments():
     parser.add_argument("--mitsuba-spp", type=int, help="samples per pixel of one run of Mitsuba")
     parser.add_argument("--max-length", type=int, help="longest paths, in segments; default: the scene's")
     parser.add_argument("--size", type=lambda text: tuple(int(n) for n in text.split("x")), metavar="WxH")
-    parser.add_argument("--case", default=CASE, help="where surface_box.npz is")
+    parser.add_argument("--cases", default=CASE_FOLDER, help="where the references of ../shared are")
     parser.add_argument("--level", type=float, default=1e-3, help="probability of a false alarm")
     settings = parser.parse_args()
     settings.spp = settings.spp or (192 if settings.quick else 2048)
@@ -150,17 +156,19 @@ def main():
     own = not settings.scenes
     scenes = [(path, 1.0) for path in settings.scenes]
     if own:
-        scenes = [(os.path.join(HERE, "scenes", f"{name}.toml"), share) for name, share in SCENES.items()]
+        scenes = [(os.path.join(HERE, "scenes", f"{name}.toml"), share) for name, share in SCENES.items()
+                  if not (settings.quick and name in LONG)]
     comparisons = []
     try:
         for path, share in scenes:
             comparisons += with_mitsuba(program, path, settings, share)
-        if own and os.path.exists(settings.case):
-            comparisons += with_case(program, settings)
+        for name in CASES if own else []:
+            if os.path.exists(os.path.join(settings.cases, f"{name}.npz")):
+                comparisons += with_case(program, name, settings)
+            else:
+                print(f"{name}.npz: skipped, it is not in {settings.cases}")
     except (Refused, OSError) as error:
         sys.exit(f"error: {error}")
-    if own and not os.path.exists(settings.case):
-        print("surface_box.npz: skipped, there is no ../shared/cases/mitsuba here")
     print(f"{settings.runs} runs of {settings.spp} samples per pixel, Mitsuba {mi.__version__} {settings.mitsuba_spp}"
           f"{' (times a share for each of these scenes)' if own else ''}; "
           f"{time.monotonic() - start:.0f} s")

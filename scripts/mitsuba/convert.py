@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Turns a scene file of ours into a scene of Mitsuba 3, and renders it with Mitsuba's `path`:
+"""Turns a scene file of ours into a scene of Mitsuba 3, and renders it with Mitsuba's `path`, or `volpath` where there
+are media:
 
     python scripts/mitsuba/convert.py SCENE.toml [--spp 64] [--seed 0] [--max-length 8] [--size WxH] [--out FILE.exr]
 
 What Mitsuba cannot express as we mean it is refused with a message, never approximated. Rough surfaces have to say
 `masking = "separable"`, as Mitsuba knows no other; spot lights have to have `inner` = `cutoff`, as the falloffs differ.
-Surfaces with a null material are left out: nothing happens there.
+Surfaces with a null material and nothing inside are left out where there are no media: nothing happens there. For
+media see media.py.
 """
 
 import argparse
@@ -21,6 +23,7 @@ import numpy as np
 if __name__ == "__main__":
     mi.set_variant("scalar_rgb")
 
+from media import Body, Media
 from shapes import Shapes, compose, transform, affine, frame, rotation, unit
 from tables import Refused, color, one_of, rgb, take
 
@@ -52,24 +55,25 @@ class Converter:
         self.shapes = Shapes(self.dir, folder)
 
     def convert(self, size, max_length, rr_depth):
-        film, camera, render, self.textures, materials, shapes, lights = take(
+        film, camera, render, self.textures, materials, shapes, lights, media, world = take(
             {k: v for k, v in self.toml.items() if k not in ("name", "description")}, "the scene",
-            film={}, camera=None, render={}, texture={}, material={}, shape=[], light=[])
+            film={}, camera=None, render={}, texture={}, material={}, shape=[], light=[], medium={}, world={})
         own_length, min_length = take(render, "[render]", max_length=None, min_length=1)
         if min_length > 1:
             raise Refused("`min_length` in [render]")
         self.max_length = max_length or own_length
         if self.max_length is None:
             raise Refused("a scene without `max_length`: give --max-length")
+        self.materials, self.media = materials, Media(media, world)
+        bodies = [self.body(table) for table in shapes]
         scene = {
-            "type": "scene",
-            "integrator": {"type": "path", "max_depth": self.max_length, "rr_depth": rr_depth,
+            "type": "scene", **self.media.all(),
+            "integrator": {"type": "volpath" if media else "path", "max_depth": self.max_length, "rr_depth": rr_depth,
                            "hide_emitters": False},
             "sensor": self.sensor(camera, film, size),
         }
-        self.materials = materials
-        for i, table in enumerate(shapes):
-            shape = self.shape(table)
+        for i, (table, body) in enumerate(zip(shapes, bodies)):
+            shape = self.shape(table, body)
             if shape is not None:
                 scene[f"shape{i}"] = shape
         for i, table in enumerate(lights):
@@ -96,18 +100,33 @@ class Converter:
         if lens_radius:
             distance = float(np.linalg.norm(np.subtract(target, origin)))
             sensor |= {"aperture_radius": float(lens_radius), "focus_distance": float(focus or distance)}
-        return sensor
+        point = np.array(origin, float)
+        if lens_radius and self.media.bodies:
+            self.media.about("the lens", point - lens_radius, point + lens_radius)
+        return sensor | self.media.reference("medium", self.media.about("the camera", point, point))
 
-    def shape(self, table):
+    def body(self, table):
+        """A shape as a solid; None where it is a mere surface."""
+        kind, inner = one_of(table, "a shape", SHAPES)
+        medium, definition = table.get("interior"), self.materials.get(table.get("material"), {})
+        closed = kind in ("sphere", "box", "mesh", "lathe")
+        if medium is None and not (closed and self.media and ("null" in definition or "dielectric" in definition)):
+            return None
+        refracts = "dielectric" in definition
+        return self.media.add(Body(kind, inner, table.get("transform", []), medium, refracts, table.get("priority", 0)))
+
+    def shape(self, table, body):
         _, material, emission, steps, *_ = take(
-            table, "[[shape]]", name=None, material=None, emission=None, transform=[], **dict.fromkeys(SHAPES))
+            table, "[[shape]]", name=None, material=None, emission=None, transform=[], interior=None, priority=0,
+            **dict.fromkeys(SHAPES))
         kind, inner = one_of(table, "a shape", SHAPES)
         definition = {"diffuse": {"reflectance": 0}} if material is None else self.materials[material]
-        if "null" in definition:
+        if "null" in definition and body is None:
             return None
         bsdf, textured = self.bsdf(definition)
         shape = self.shapes.convert(kind, inner, compose(steps), textured)
         shape["bsdf"] = bsdf
+        shape |= self.media.sides(shape, body)
         if emission is not None:
             radiance, two_sided = emission, False
             if isinstance(emission, dict):
@@ -120,6 +139,8 @@ class Converter:
     def bsdf(self, definition):
         """A material, and whether it has a texture."""
         kind, table = one_of(definition, "a material", MATERIALS)
+        if kind == "null":
+            return {"type": "null"}, False
         if kind == "diffuse":
             albedo, = take(table, kind, reflectance=0.5)
             return two_sided({"type": "diffuse", "reflectance": self.albedo(albedo)}), is_textured(albedo)

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Speed of a whole render, ours against Mitsuba's `path`, on a Cornell box with a glass and a rough metal ball:
+"""Speed of a whole render, ours against Mitsuba's: `path` on a Cornell box with a glass and a rough metal ball (speed), and
+`volpath` on the same box full of fog (speed_fog) and with a glass ball of milk (speed_milk):
 
-    python scripts/mitsuba/speed.py [--size 256x256] [--spp 32] [--runs 5] [--max-length 10]
+    python scripts/mitsuba/speed.py [--scenes speed speed_fog speed_milk] [--size 256x256] [--spp 32] [--runs 5]
+        [--max-length 10]
 
 Same scene, size, samples per pixel and path length, two threads each. Paths are camera paths; a CPU second is one of
 user or system time of all threads. Mitsuba is measured about `mi.render` alone, after a first render that compiles
@@ -29,8 +31,12 @@ import mitsuba as mi
 import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-SCENE = os.path.join(HERE, "scenes", "speed.toml")
+SCENES = ["speed", "speed_fog", "speed_milk"]
 THREADS = 2
+
+
+def path_of(scene):
+    return os.path.join(HERE, "scenes", f"{scene}.toml")
 
 
 def cpu_time():
@@ -73,7 +79,7 @@ def serve(variant, rr_depth, settings):
     from convert import load
 
     dr.set_thread_count(THREADS)
-    scene, _ = load(SCENE, tuple(settings["size"]), settings["max_length"], rr_depth)
+    scene, _ = load(path_of(settings["scene"]), tuple(settings["size"]), settings["max_length"], rr_depth)
 
     def render(seed):
         image = mi.render(scene, spp=settings["spp"], seed=seed)
@@ -101,7 +107,7 @@ class Ours:
     def once(self, spp, seed):
         from renders import ours
         size = "x".join(map(str, self.settings.size))
-        return ours(self.program, SCENE, self.estimator, self.settings.max_length, spp, seed, "--size", size,
+        return ours(self.program, path_of(self.settings.scene), self.estimator, self.settings.max_length, spp, seed, "--size", size,
                     "--threads", self.threads)
 
     def render(self, seed, _folder):
@@ -151,7 +157,7 @@ def measure(settings):
 def report(table, settings):
     paths = settings.size[0] * settings.size[1] * settings.spp
     of_scalar = table["Mitsuba scalar_rgb, rr_depth 5"]
-    print(f"\n{settings.size[0]}x{settings.size[1]}, {settings.spp} samples per pixel, paths of at most "
+    print(f"\n{settings.scene}: {settings.size[0]}x{settings.size[1]}, {settings.spp} samples per pixel, paths of at most "
           f"{settings.max_length} segments, {THREADS} threads, medians of {settings.runs}; Mitsuba {mi.__version__}")
     print(f"{'':34}{'CPU s':>8}{'± spread/2':>12}{'Mpaths/CPU s':>14}{'ratio':>8}{'MSE':>11}{'1/(MSE·CPU)':>14}")
     for label, (error, cpu, _, spread) in table.items():
@@ -175,10 +181,12 @@ def main():
     parser.add_argument("--spp", type=int, default=32)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--max-length", type=int, default=10)
+    parser.add_argument("--scenes", nargs="+", default=SCENES, metavar="NAME")
     settings = parser.parse_args()
     if settings.runs < 2 or settings.spp < 2:
         parser.error("at least 2 runs and 2 samples per pixel are needed")
-    report(measure(settings), settings)
+    for settings.scene in settings.scenes:
+        report(measure(settings), settings)
 
 
 if __name__ == "__main__":

@@ -23,9 +23,11 @@ fn scene(sigma: [f64; 3], albedo: [f64; 3], g: f64) -> Scene {
     ))
 }
 
+/// A walk of many collisions in one channel alone has heavy weights, as each of its distances was drawn for that channel
+/// one time in three: so the densest channel absorbs about a half.
 #[test]
 fn no_channel_is_lost() {
-    for (albedo, g) in [([0.5, 0.9, 0.6], 0.0), ([0.8, 0.2, 0.95], 0.7)] {
+    for (albedo, g) in [([0.5, 0.9, 0.6], 0.0), ([0.9, 0.95, 0.4], 0.7)] {
         for (seed, names) in [(1, "pt"), (10, "bpt")] {
             let set = TechniqueSet::parse([names]).expect("known");
             let render = |scene: &Scene, seed, detectable| {

@@ -1,0 +1,148 @@
+"""Media of a scene file as Mitsuba's, and which of them is on which side of each shape.
+
+Our solids nest by priority and size, and a shape need not say what is about it; Mitsuba wants the medium on either side of
+every shape. So every shape has to lie wholly inside or outside of every solid: what cannot be told is refused.
+"""
+
+import mitsuba as mi
+import numpy as np
+
+from shapes import compose, uniform_scale
+from tables import Refused, color, rgb, take
+
+# Shapes that touch do not overlap.
+TOUCHING = 1e-5
+
+
+def phase(definition):
+    if isinstance(definition, str):
+        return {"type": definition}
+    (kind, value), = definition.items()
+    if kind == "hg":
+        return {"type": "hg", "g": float(value)}
+    if kind != "mixture":
+        raise Refused(f"the phase function `{kind}`")
+    lobes = [take(lobe, "a mixture", weight=None, phase="isotropic") for lobe in value]
+    blend, total = phase(lobes[0][1]), float(lobes[0][0])
+    for weight, other in lobes[1:]:
+        total += weight
+        blend = {"type": "blendphase", "weight": weight / total, "first": blend, "second": phase(other)}
+    return blend
+
+
+def homogeneous(table):
+    sigma_a, sigma_s, sigma_t, albedo, scale, emission, scattering = take(
+        table, "[medium]", sigma_a=None, sigma_s=None, sigma_t=None, albedo=None, scale=1, emission=0, phase="isotropic")
+    if any(color(emission)):
+        raise Refused("a medium that shines")
+    if sigma_t is None:
+        sigma_a, sigma_s = np.array(color(sigma_a)), np.array(color(sigma_s))
+        sigma_t = sigma_a + sigma_s
+        albedo = np.divide(sigma_s, sigma_t, out=np.zeros(3), where=sigma_t > 0)
+    # Mitsuba's colours end at 1, its `scale` does not.
+    sigma_t, albedo = np.array(color_of(sigma_t)) * scale, color_of(albedo)
+    largest = sigma_t.max() or 1.0
+    return {"type": "homogeneous", "sigma_t": rgb(list(sigma_t / largest)), "albedo": rgb(albedo),
+            "scale": float(largest), "phase": phase(scattering)}
+
+
+def color_of(value):
+    return color(value) if np.ndim(value) == 0 else [float(x) for x in value]
+
+
+class Body:
+    """What a shape is as a solid: a ball, or a box along the axes."""
+
+    def __init__(self, kind, inner, steps, medium, refracts, priority):
+        m = compose(steps)
+        self.medium, self.refracts, self.priority = medium, refracts, priority
+        if kind == "sphere":
+            self.centre = (m @ np.append(inner.get("center", [0, 0, 0]), 1))[:3]
+            self.radius = inner["radius"] * uniform_scale(m, kind)
+            self.low, self.high = self.centre - self.radius, self.centre + self.radius
+        elif kind == "box" and np.allclose(m[:3, :3], np.diag(np.diag(m[:3, :3]))):
+            corners = np.array([inner["min"], inner["max"]]) @ m[:3, :3].T + m[:3, 3]
+            self.low, self.high, self.radius = corners.min(axis=0), corners.max(axis=0), None
+        else:
+            self.low = self.high = None
+
+    def surface(self):
+        a, b, c = np.maximum(self.high - self.low, 0)
+        return a * b + b * c + c * a
+
+    def holds(self, low, high, ball):
+        """Whether all of a box, or of the ball in it, is inside; None where part of it is."""
+        slack = TOUCHING * np.linalg.norm(self.high - self.low)
+        if self.radius is None:
+            if np.all(low >= self.low - slack) and np.all(high <= self.high + slack):
+                return True
+            return False if np.any(low >= self.high - slack) or np.any(high <= self.low + slack) else None
+        if ball is not None:
+            distance = np.linalg.norm(ball[0] - self.centre)
+            if distance + ball[1] <= self.radius + slack:
+                return True
+            return False if distance >= self.radius + ball[1] - slack else None
+        farthest = np.maximum(np.abs(low - self.centre), np.abs(high - self.centre))
+        nearest = np.clip(self.centre, low, high) - self.centre
+        if np.linalg.norm(farthest) <= self.radius + slack:
+            return True
+        return False if np.linalg.norm(nearest) >= self.radius - slack else None
+
+
+class Media:
+    """The media of a scene, and the solids that hold them."""
+
+    def __init__(self, definitions, world):
+        self.definitions = definitions
+        self.world, = take(world, "[world]", medium=None)
+        self.bodies = []
+
+    def __bool__(self):
+        return bool(self.definitions)
+
+    def all(self):
+        """For the scene's dictionary, before all that refers to them."""
+        return {self.name(name): homogeneous(table) for name, table in self.definitions.items()}
+
+    @staticmethod
+    def name(medium):
+        return f"medium_{medium}"
+
+    def reference(self, side, medium):
+        return {} if medium is None else {side: {"type": "ref", "id": self.name(medium)}}
+
+    def add(self, body):
+        self.bodies.append(body)
+        return body
+
+    def about(self, what, low, high, own=None):
+        """The medium about something with these bounds, as far as it is not `own`."""
+        ball = None if own is None or own.radius is None else (own.centre, own.radius)
+        around = []
+        for body in self.bodies:
+            if body is own:
+                continue
+            if body.low is None:
+                raise Refused("a medium in a shape that is neither a sphere nor a box along the axes")
+            held = body.holds(low, high, ball)
+            if held is None and own is not None:
+                # It may be the smaller one of the two.
+                held = None if own.holds(body.low, body.high, body.radius and (body.centre, body.radius)) is None else False
+            if held is None:
+                raise Refused(f"{what} is partly inside of a solid")
+            if held:
+                around.append(body)
+        if not around:
+            return self.world
+        if own is not None and own.refracts and any(body.refracts for body in around):
+            raise Refused("a refracting solid in another")
+        return min(around, key=lambda body: (-body.priority, body.surface())).medium
+
+    def sides(self, shape, own):
+        """The references of a shape, which `own` is as a solid."""
+        if not self:
+            return {}
+        bounds = mi.load_dict({key: value for key, value in shape.items() if key not in ("bsdf", "emitter")}).bbox()
+        outside = self.about("a shape", np.array(bounds.min, float), np.array(bounds.max, float), own)
+        inside = outside if own is None else own.medium
+        return self.reference("interior", inside) | self.reference("exterior", outside)
