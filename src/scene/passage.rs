@@ -228,3 +228,6 @@ impl Scene {
         radiance
     }
 }
+
+#[cfg(test)]
+mod tests;

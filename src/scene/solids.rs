@@ -248,3 +248,6 @@ fn may_cross(shape: &ShapeDesc, bounds: &Aabb) -> bool {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
