@@ -18,8 +18,7 @@ fn text(medium: &str, more: &str) -> String {
     format!(
         "[film]\nwidth = 16\nheight = 16\n[camera]\norigin = [0.3, 0.1, 0.2]\ntarget = [0, 0, -1]\nfov = 70\n\
          [medium.fog]\n{medium}\n[material.grey]\ndiffuse = {{ reflectance = 0.5 }}\n[material.nothing]\nnull = {{}}\n\
-         [material.glass]\ndielectric = {{ ior = 1.5 }}\n\
-         [material.frosted]\ndielectric = {{ ior = 1.4, roughness = 0.4 }}\n{more}"
+         [material.glass]\ndielectric = {{ ior = 1.5 }}\n{more}"
     )
 }
 
@@ -112,11 +111,12 @@ fn the_furnace_is_one_wherever_the_medium_is() {
 }
 
 /// A body that absorbs nothing is invisible before a sky of radiance 1, whatever its boundary: light that goes to and
-/// fro between the medium and the glass is not lost. 1000 segments cut less than 1e-4.
+/// fro between the medium and the glass is not lost. 1000 segments cut less than 1e-4. (Rough glass is no white body: what
+/// one facet sends to another is lost.)
 #[test]
 fn a_white_body_is_invisible_before_a_white_sky() {
     let sky = "[[light]]\nenvironment = { radiance = 1 }\n";
-    for material in ["glass", "frosted", "nothing"] {
+    for material in ["glass", "nothing"] {
         for (shape, density) in [
             ("sphere = { center = [0, 0, -1.2], radius = 0.7 }", "[0.8, 1, 1.2]"),
             ("box = { min = [-0.6, -0.6, -1.8], max = [0.6, 0.5, -0.9] }", "[4, 4, 4]"),

@@ -124,17 +124,17 @@ fn single(lamp: &Lamp, shape: Shape, dir: Vec3A) -> [f64; 3] {
     sum.map(|v| v * (high - low) / (3 * N) as f64)
 }
 
-/// A point light and a spot out of the picture, in an endless medium of several phase functions. The bubble about the
+/// A point light out of the picture in an endless medium of several phase functions, and a spot in one. The bubble about the
 /// camera keeps the variance of light tracing finite.
 #[test]
 fn light_that_is_scattered_once_is_its_quadrature() {
     let shapes = [Shape::Isotropic, Shape::Hg(0.8), Shape::Hg(-0.5), Shape::Rayleigh, Shape::Mixed];
-    for lamp in lamps() {
-        for shape in shapes {
-            let scene = scene(&lamp, shape);
-            let exact = Means::known(&expected(&scene, |dir| single(&lamp, shape, dir)));
-            // Light tracing meets the camera too seldom by a narrow lobe.
-            let wide = matches!(shape, Shape::Isotropic | Shape::Rayleigh);
+    for (lamp, shapes) in lamps().iter().zip([&shapes[..], &shapes[1..2]]) {
+        for shape in shapes.iter().copied() {
+            let scene = scene(lamp, shape);
+            let exact = Means::known(&expected(&scene, |dir| single(lamp, shape, dir)));
+            // Light tracing, the noisiest, meets the camera too seldom by a narrow lobe or from a spot.
+            let wide = matches!(shape, Shape::Isotropic) && lamp.text.starts_with("point");
             let sets: &[_] = if wide {
                 &[("pt", 0.01), ("bpt", 0.01), ("lt", 0.02)]
             } else {
@@ -144,7 +144,8 @@ fn light_that_is_scattered_once_is_its_quadrature() {
                 let set = TechniqueSet::parse([*names]).expect("known");
                 let settings = Settings { max_length: 2, ..Settings::new(set) };
                 let images = sharp_runs(&scene, &settings, 1.2 * detectable, 4000);
-                let what = format!("scattered once, {shape:?}, {}, {names}", lamp.text);
+                let kind = lamp.text.split(' ').next().expect("a word");
+                let what = format!("scattered once, {shape:?}, {kind}, {names}");
                 Means::of(&images).assert_same(&exact, &what, *detectable);
             }
         }
