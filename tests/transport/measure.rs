@@ -33,18 +33,28 @@ pub fn runs(scene: &Scene, settings: &Settings, count: u64, iterations: u64) -> 
         .collect()
 }
 
-/// Independent runs, 32, with as many iterations as a pilot says are needed to see a relative bias of `detectable` of the
-/// image's mean beside another mean of the same error; at most `most` iterations.
+/// Independent runs, 32, with as many iterations as are needed to see a relative bias of `detectable` of the image's mean
+/// beside another mean of the same error; at most `most` iterations. How many that are only the variance says, never the
+/// mean.
 pub fn sharp_runs(scene: &Scene, settings: &Settings, detectable: f64, most: u64) -> Vec<Image> {
     const RUNS: u64 = 32;
     const PILOT: u64 = 4;
     // No run of the suite has a seed as large as this.
     let pilot = Settings { seed: settings.seed + (1 << 20), ..*settings };
-    let image = Means::of(&runs(scene, &pilot, RUNS, PILOT)).image;
-    let seen = 2f64.sqrt() * image.detectable() / image.mean;
-    // The pilot's variance is itself uncertain.
-    let iterations = (PILOT as f64 * (seen / detectable).powi(2) * 2.2).ceil() as u64;
-    runs(scene, settings, RUNS, iterations.clamp(PILOT, most))
+    let seen = |images: &[Image]| {
+        let image = Means::of(images).image;
+        2f64.sqrt() * image.detectable() / image.mean
+    };
+    let needed = PILOT as f64 * (seen(&runs(scene, &pilot, RUNS, PILOT)) / detectable).powi(2);
+    let mut iterations = ((1.25 * needed).ceil() as u64).clamp(PILOT, most);
+    loop {
+        let images = runs(scene, settings, RUNS, iterations);
+        if iterations == most || seen(&images) <= detectable {
+            return images;
+        }
+        // The pilot's variance was too small.
+        iterations = (iterations * 3 / 2).min(most);
+    }
 }
 
 /// A film with `iterations` iterations on it.
