@@ -41,7 +41,7 @@ fn fog_with_bubbles_agrees() {
 
 #[test]
 fn balls_agree() {
-    agree("balls", &scenes::load("balls"), 24, 0.01, &["pt", "bpt", "hit", "hit,connect", "hit,nee,lens"]);
+    agree("balls", &scenes::load("balls"), 24, 0.015, &["pt", "bpt", "hit,connect", "hit,nee,lens"]);
 }
 
 #[test]
