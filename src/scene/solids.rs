@@ -13,8 +13,8 @@ use glam::Vec3A;
 /// Indices of refraction nearer to each other than this, relatively, are the same.
 const SAME_INDEX: f32 = 1e-3;
 
-/// A direction along no axis or diagonal of anything, in which point queries look.
-const ODD_DIRECTION: Vec3A = Vec3A::new(0.387_672_1, 0.847_113_5, 0.363_382_9);
+/// A unit direction along no axis or diagonal of anything, in which point queries look.
+const ODD_DIRECTION: Vec3A = Vec3A::new(0.387_684_1, 0.847_139_7, 0.363_394_14);
 
 /// Stands for no medium.
 pub const VACUUM: u32 = u32::MAX;
