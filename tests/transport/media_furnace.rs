@@ -33,12 +33,14 @@ fn set(names: &str) -> TechniqueSet {
     TechniqueSet::parse(names.split(',')).expect("known names")
 }
 
-/// Radiance 1: a bias of 1% is seen.
+/// Radiance 1: a bias of 1% is seen, of 1.5% by sets that are no preset.
 fn is_one(what: &str, scene: &Scene, settings: &Settings) {
+    let detectable =
+        if settings.techniques == set("pt") || settings.techniques == set("bpt") { 0.01 } else { 0.015 };
     let what = format!("{what}, {} {:?}", settings.techniques, settings.heuristic);
     // What is known has no error of its own.
-    let images = sharp_runs(scene, settings, 0.01 * 2f64.sqrt(), 1000);
-    Means::of(&images).assert_mean(&what, 1.0, 0.01);
+    let images = sharp_runs(scene, settings, detectable * 2f64.sqrt(), 1000);
+    Means::of(&images).assert_mean(&what, 1.0, detectable);
 }
 
 /// The channels of a dense medium without absorption must be alike: a walk's weights are products over its collisions, one
