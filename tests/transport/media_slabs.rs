@@ -47,7 +47,7 @@ const SKY: &str = "[[light]]\nenvironment = { radiance = 1 }\n";
 #[test]
 fn a_half_space_reflects_as_chandrasekhar_says() {
     for (mu, mu0) in [(1.0, 0.5), (0.4, 0.8)] {
-        let across = (1.0 - mu0 * mu0 as f64).sqrt();
+        let across = (1.0f64 - mu0 * mu0).sqrt();
         let sun =
             format!("[[light]]\ndirectional = {{ direction = [0, -{mu0}, {across}], irradiance = 2 }}\n");
         let lit = scene(200.0, "", mu, 20.0, &sun);
