@@ -63,6 +63,8 @@ pub struct Stretch<'a> {
     pub length: f32,
     /// What is in it; `None` for nothing.
     pub medium: Option<&'a Medium>,
+    /// Index of the medium.
+    pub index: u32,
     /// From the ray's origin to the start.
     pub before: Passage,
 }
@@ -150,33 +152,41 @@ impl Scene {
         if self.geometry.has_boundaries() { self.geometry.boundary(ray) } else { None }
     }
 
-    /// The long view: the whole ray up to the first surface, stretch by stretch in order. Returns what it ends in.
-    pub fn survey<'a>(&'a self, ray: &Ray, mut inside: Inside, mut visit: impl FnMut(&Stretch<'a>)) -> End {
+    /// The long view: the whole ray up to the first surface, stretch by stretch in order. Where it is known already how
+    /// far that is, `known` says it, or how far the view shall go if that is less.
+    pub fn survey<'a>(
+        &'a self,
+        ray: &Ray,
+        mut inside: Inside,
+        known: Option<f32>,
+        mut visit: impl FnMut(&Stretch<'a>),
+    ) {
         let dir = ray.dir;
         let mut before = Passage::CLEAR;
-        let mut segment = *ray;
+        let mut segment = Ray { t_max: known.unwrap_or(f32::INFINITY), ..*ray };
         let mut start = 0.0;
         loop {
             let boundary = self.next_boundary(&segment);
-            let limit = boundary.map_or(f32::INFINITY, |h| h.t * WALL_FIRST);
-            let wall = self.geometry.intersect(&Ray { t_max: limit, ..segment });
+            let limit = boundary.map_or(segment.t_max, |h| h.t * WALL_FIRST);
+            let wall = match known {
+                Some(_) => None,
+                None => self.geometry.intersect(&Ray { t_max: limit, ..segment }),
+            };
             let first = wall.or(boundary);
-            let length = first.map_or(f32::INFINITY, |h| h.t);
+            let length = first.map_or(segment.t_max, |h| h.t);
             let medium = self.medium_within(&inside);
-            visit(&Stretch { origin: segment.origin, dir, start, length, medium, before });
+            let index = self.solids.medium(&inside);
+            visit(&Stretch { origin: segment.origin, dir, start, length, medium, index, before });
             match (wall, boundary) {
-                (Some(hit), _) => return End::Surface(hit.point),
-                (None, None) => return End::Open,
-                (None, Some(hit)) if !self.solids.is_passed(hit.point.shape, &inside) => {
-                    return End::Surface(hit.point);
-                }
+                (Some(_), _) | (None, None) => return,
+                (None, Some(hit)) if !self.solids.is_passed(hit.point.shape, &inside) => return,
                 (None, Some(hit)) => {
                     if let Some(m) = medium {
                         before = before.then(m.optical_depth(segment.origin, dir, 0.0, length), m.scatters());
                     }
                     start += length;
                     inside = self.solids.cross(inside, &hit.point, dir);
-                    segment = hit.point.spawn(dir);
+                    segment = Ray { t_max: segment.t_max - length, ..hit.point.spawn(dir) };
                 }
             }
         }
@@ -217,7 +227,7 @@ impl Scene {
     /// What the media along the whole of `ray` send back to its start (radiance).
     pub fn glow(&self, ray: &Ray, inside: Inside) -> Rgb {
         let mut radiance = Rgb::ZERO;
-        self.survey(ray, inside, |stretch| {
+        self.survey(ray, inside, None, |stretch| {
             if let Some(medium) = stretch.medium.filter(|m| m.is_emissive())
                 && !stretch.before.transmittance.is_black()
             {

@@ -1,9 +1,10 @@
 //! The camera subpath: s = 0, s = 1 and all inner connections.
 
 use super::expression::{Expression, Label};
-use super::light_path::LIGHT_PATHS_A_PIXEL;
-use super::mis::{Link, connection_weight};
-use super::settings::Settings;
+use super::merge::photons::{Photons, parts};
+use super::merge::{beam_beam, beam_point, point_beam, point_point, surface};
+use super::mis::{Link, Pending, connection_weight};
+use super::pass::Pass;
 use super::sink::{Joint, Sink, Start};
 use super::technique::Technique;
 use super::walk::{Flight, Place, Vertex, Visitor, walk};
@@ -15,18 +16,25 @@ use crate::math::{Rgb, Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
 use glam::{UVec2, Vec3A};
 
-/// Traces the camera subpath of `pixel` (in the full frame) in `iteration` and joins it with `light_vertices`, the
-/// stored vertices of the light subpath that is its partner.
-pub fn trace<S: Sink>(
-    scene: &Scene,
-    settings: &Settings,
-    iteration: u64,
-    pixel: UVec2,
-    light_vertices: &[Vertex],
-    sink: &mut S,
-) {
+/// What a camera subpath is joined with.
+#[derive(Clone, Copy)]
+pub struct Partners<'a> {
+    /// The stored vertices of the light subpath that is its partner.
+    pub vertices: &'a [Vertex],
+    /// All light subpaths of the iteration, where something merges.
+    pub photons: Option<&'a Photons<'a>>,
+}
+
+impl Partners<'_> {
+    /// Nothing.
+    pub const NONE: Self = Self { vertices: &[], photons: None };
+}
+
+/// Traces the camera subpath of `pixel` (in the full frame) and joins it with `partners`.
+pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partners, sink: &mut S) {
+    let settings = &pass.settings;
     let index = u64::from(pixel.y) * u64::from(scene.camera.size().x) + u64::from(pixel.x);
-    let mut random = Stream::new(settings.seed, iteration, StreamKind::Camera, index);
+    let mut random = Stream::new(settings.seed, pass.iteration, StreamKind::Camera, index);
     let (u_film, u_lens) = (random.next_2d(), random.next_2d());
     let ray = scene.camera.sample_ray(pixel, u_film, u_lens);
     sink.start(&Start::Lens(ray.origin));
@@ -41,29 +49,29 @@ pub fn trace<S: Sink>(
         infinite: false,
         specular: false,
         // No light subpath hits the lens by itself: c_{k+1} = 0.
-        sum: 0.0,
+        sum: Pending::NONE,
         length: 0,
         trail: u32::from(settings.paths.start()),
     };
-    let on = |t| settings.techniques.has(t);
+    let on = |t| pass.on(t);
     let mut path = CameraPath {
         scene,
-        settings,
-        light_vertices,
+        pass,
+        partners,
         hit: on(Technique::Hit),
         next_event: on(Technique::NextEvent),
         connect: if on(Technique::Connect) { 1.0 } else { 0.0 },
-        lens: if on(Technique::Lens) { settings.heuristic.raise(LIGHT_PATHS_A_PIXEL) } else { 0.0 },
+        lens: if on(Technique::Lens) { 1.0 } else { 0.0 },
         sink,
     };
-    walk(scene, settings, settings.max_length, flight, &mut random, &mut path);
+    walk(scene, pass, settings.max_length, flight, &mut random, &mut path);
 }
 
 /// The visitor of a camera walk.
 struct CameraPath<'a, S> {
     scene: &'a Scene,
-    settings: &'a Settings,
-    light_vertices: &'a [Vertex],
+    pass: &'a Pass,
+    partners: Partners<'a>,
     hit: bool,
     next_event: bool,
     /// c of an inner connection, raised.
@@ -76,12 +84,12 @@ struct CameraPath<'a, S> {
 impl<S: Sink> CameraPath<'_, S> {
     #[inline]
     fn raise(&self, x: f32) -> f32 {
-        self.settings.heuristic.raise(x)
+        self.pass.raise(x)
     }
 
     #[inline]
     fn counts(&self, length: u32) -> bool {
-        (self.settings.min_length..=self.settings.max_length).contains(&length)
+        (self.pass.settings.min_length..=self.pass.settings.max_length).contains(&length)
     }
 
     /// Whether the restriction to some paths takes one of a camera subpath with this trail and a light subpath with
@@ -101,7 +109,7 @@ impl<S: Sink> CameraPath<'_, S> {
     /// paths, so the weight is 1.
     fn record_glow(&mut self, flight: &Flight) {
         let length = flight.length + 1;
-        if !(self.counts(length) && self.accepts(flight.trail, self.settings.paths.ends())) {
+        if !(self.counts(length) && self.accepts(flight.trail, self.pass.settings.paths.ends())) {
             return;
         }
         let contribution = flight.throughput * self.scene.glow(&flight.ray, flight.inside);
@@ -116,7 +124,7 @@ impl<S: Sink> CameraPath<'_, S> {
     #[inline]
     fn record_hit(&mut self, light: &LightPoint, link: &Link, throughput: Rgb, flight: &Flight) {
         let length = flight.length + 1;
-        if !(self.hit && self.counts(length) && self.accepts(flight.trail, self.settings.paths.ends())) {
+        if !(self.hit && self.counts(length) && self.accepts(flight.trail, self.pass.settings.paths.ends())) {
             return;
         }
         let lights = &self.scene.lights;
@@ -155,7 +163,7 @@ impl<S: Sink> CameraPath<'_, S> {
         if !self.counts(vertex.length + 1) {
             return;
         }
-        if !self.accepts(self.joined_trail(vertex), self.settings.paths.ends()) {
+        if !self.accepts(self.joined_trail(vertex), self.pass.settings.paths.ends()) {
             return;
         }
         let (place, position) = (&vertex.place, vertex.place.position());
@@ -189,9 +197,11 @@ impl<S: Sink> CameraPath<'_, S> {
         } else {
             0.0
         };
-        let forward = lights.pdf_direction(&light.point, -light.dir)
-            * (cosine * falloff * passage.density(place.rate()));
-        let camera_side = vertex.link.close(0.0, self.raise(scattering.pdf_light), self.raise(forward));
+        let density = passage.density(place.rate());
+        let forward = lights.pdf_direction(&light.point, -light.dir) * (cosine * falloff * density);
+        let beam = self.pass.beam(Mode::Importance, &passage, density);
+        let merges = vertex.merges(self.pass, Mode::Radiance, light.dir).with(beam);
+        let camera_side = vertex.link.close(merges, self.raise(scattering.pdf_light), self.raise(forward));
         let weight = connection_weight(count, light_side, camera_side);
         let sample =
             Sample { technique: Technique::NextEvent, s: 1, t: vertex.length + 1, contribution, weight };
@@ -201,8 +211,8 @@ impl<S: Sink> CameraPath<'_, S> {
     /// s ≥ 2, t ≥ 2: `vertex` is connected to the light vertex `index` of the partner.
     #[inline]
     fn connect(&mut self, vertex: &Vertex, index: usize) {
-        let other = &self.light_vertices[index];
-        let ends = self.settings.paths.before(other.trail, other.joint_label());
+        let other = &self.partners.vertices[index];
+        let ends = self.pass.settings.paths.before(other.trail, other.joint_label());
         if !self.accepts(self.joined_trail(vertex), ends) {
             return;
         }
@@ -229,16 +239,72 @@ impl<S: Sink> CameraPath<'_, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let reverse = at_camera.pdf_camera * (light_cosine / d2 * passage.density(other.place.rate()));
-        let forward = at_light.pdf_light * (camera_geometry * passage.density(vertex.place.rate()));
+        let (to_light, to_camera) =
+            (passage.density(other.place.rate()), passage.density(vertex.place.rate()));
+        let reverse = at_camera.pdf_camera * (light_cosine / d2 * to_light);
+        let forward = at_light.pdf_light * (camera_geometry * to_camera);
+        let light_merges = other.merges(self.pass, Mode::Importance, -dir).with(self.pass.beam(
+            Mode::Radiance,
+            &passage,
+            to_light,
+        ));
+        let camera_merges = vertex.merges(self.pass, Mode::Radiance, dir).with(self.pass.beam(
+            Mode::Importance,
+            &passage,
+            to_camera,
+        ));
         let weight = connection_weight(
             self.connect,
-            other.link.close(0.0, self.raise(at_light.pdf_camera), self.raise(reverse)),
-            vertex.link.close(0.0, self.raise(at_camera.pdf_light), self.raise(forward)),
+            other.link.close(light_merges, self.raise(at_light.pdf_camera), self.raise(reverse)),
+            vertex.link.close(camera_merges, self.raise(at_camera.pdf_light), self.raise(forward)),
         );
         let (s, t) = (other.length + 1, vertex.length + 1);
         let sample = Sample { technique: Technique::Connect, s, t, contribution, weight };
         self.sink.record(&sample, &Joint::Connect(index));
+    }
+}
+
+impl<S: Sink> CameraPath<'_, S> {
+    /// Merges at a vertex.
+    fn merge(&mut self, photons: &Photons, vertex: &Vertex) {
+        let (scene, pass) = (self.scene, self.pass);
+        let sink = &mut *self.sink;
+        let mut record = |sample: &Sample, meeting| sink.record(sample, &Joint::Merge(meeting));
+        match &vertex.place {
+            Place::Surface(_) => {
+                if pass.on(Technique::Surface) {
+                    surface::gather(scene, pass, photons, vertex, record);
+                }
+            }
+            Place::Medium(collision) => {
+                if pass.on(Technique::PointPoint) {
+                    point_point::gather(scene, pass, photons, (vertex, collision), &mut record);
+                }
+                if pass.on(Technique::BeamPoint) {
+                    beam_point::gather(scene, pass, photons, (vertex, collision), &mut record);
+                }
+            }
+        }
+    }
+
+    /// Merges along an edge that was flown for the distance `flown`.
+    fn merge_beam(&mut self, photons: &Photons, flight: &Flight, flown: f32) {
+        let (scene, pass) = (self.scene, self.pass);
+        let count = match flight.length {
+            _ if flight.specular => 0.0,
+            0 => self.lens,
+            _ => self.connect,
+        };
+        let sink = &mut *self.sink;
+        let mut record = |sample: &Sample, meeting| sink.record(sample, &Joint::Merge(meeting));
+        parts(scene, pass, Mode::Radiance, flight, flown, |stretch| {
+            if pass.on(Technique::PointBeam) {
+                point_beam::gather(scene, pass, photons, flight, stretch, count, &mut record);
+            }
+            if pass.on(Technique::BeamBeam) {
+                beam_beam::gather(scene, pass, photons, flight, stretch, count, &mut record);
+            }
+        });
     }
 }
 
@@ -251,10 +317,21 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
     }
 
     #[inline]
-    fn departed(&mut self, flight: &Flight) {
+    fn flown(&mut self, flight: &Flight, arrival: &Arrival) {
         if self.hit && self.scene.traits.emissive {
             self.record_glow(flight);
         }
+        if let Some(photons) = self.partners.photons
+            && self.pass.camera_beams
+            && flight.length + 1 < self.pass.settings.max_length
+        {
+            self.merge_beam(photons, flight, arrival.distance);
+        }
+    }
+
+    #[inline]
+    fn goes_on(&self, flight: &Flight) -> bool {
+        !self.pass.settings.merging.first || flight.specular
     }
 
     #[inline]
@@ -265,15 +342,18 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
         {
             self.record_hit(&light, &vertex.link, vertex.throughput, flight);
         }
-        if vertex.length >= self.settings.max_length || !vertex.is_connectible(self.scene) {
+        if vertex.length >= self.pass.settings.max_length || !vertex.is_connectible(self.scene) {
             return;
         }
         if self.next_event {
             self.next_event(vertex, random);
         }
-        for index in 0..self.light_vertices.len() {
+        if let Some(photons) = self.partners.photons {
+            self.merge(photons, vertex);
+        }
+        for index in 0..self.partners.vertices.len() {
             // s + t - 1 segments, with s and t one more than the lengths.
-            if self.counts(self.light_vertices[index].length + vertex.length + 1) {
+            if self.counts(self.partners.vertices[index].length + vertex.length + 1) {
                 self.connect(vertex, index);
             }
         }
@@ -286,12 +366,8 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
             if passed <= 0.0 {
                 return;
             }
-            let link = Link::next(
-                self.raise(flight.pdf * passed),
-                flight.sum,
-                self.raise(flight.cosine * arrival.passage.density(flight.rate)),
-                0.0,
-            );
+            let at = (Rgb::ONE, 1.0);
+            let (link, _) = flight.link(self.pass, Self::MODE, 1.0, &arrival.passage, at, 0.0);
             let throughput = flight.throughput * (arrival.passage.transmittance / passed);
             self.record_hit(&light, &link, throughput, flight);
         }
@@ -299,6 +375,6 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
 
     #[inline]
     fn extend(&self, trail: u32, label: Label) -> u32 {
-        u32::from(self.settings.paths.step(trail as u8, label))
+        u32::from(self.pass.settings.paths.step(trail as u8, label))
     }
 }

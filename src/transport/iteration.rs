@@ -1,20 +1,19 @@
-//! One iteration: light walks, then camera walks with their partners, then the film.
+//! One iteration: light walks, then what merges need, then camera walks with their partners, then the film.
 
-use super::camera_path;
-use super::light_path::{self, LIGHT_PATHS_A_PIXEL};
+use super::camera_path::{self, Partners};
+use super::light_path;
+use super::merge::Gathers;
+use super::merge::auto;
+use super::merge::photons::{CHUNK, Photons, Stored};
+use super::pass::Pass;
 use super::settings::Settings;
 use super::sink::{Joint, Sink};
 use super::technique::Technique;
-use super::walk::Vertex;
 use crate::error::Result;
 use crate::film::{BAND_ROWS, Band, Film, Sample, Splat};
 use crate::scene::Scene;
 use glam::UVec2;
 use rayon::prelude::*;
-
-/// Light subpaths in a chunk: the unit of parallel work on them. A constant, so that the order of sums never
-/// depends on the threads.
-const CHUNK: u64 = 1024;
 
 /// Pixels along the side of the squares in which a band is worked through: neighbours see the same surfaces.
 const TILE: usize = BAND_ROWS;
@@ -26,32 +25,19 @@ pub struct IterationStats {
     pub camera_paths: u64,
     /// Light subpaths.
     pub light_paths: u64,
-    /// Light vertices that were stored for connections.
+    /// Light vertices that were stored for connections and merges.
     pub light_vertices: u64,
-}
-
-/// The light subpaths `CHUNK * number` and on.
-#[derive(Default)]
-struct Chunk {
-    vertices: Vec<Vertex>,
-    /// Where each subpath's vertices end.
-    ends: Vec<u32>,
-    /// By band of the film.
-    splats: Vec<Vec<Splat>>,
-}
-
-impl Chunk {
-    fn path(&self, index: usize) -> &[Vertex] {
-        let begin = if index == 0 { 0 } else { self.ends[index - 1] as usize };
-        &self.vertices[begin..self.ends[index] as usize]
-    }
+    /// Photon beams that were stored.
+    pub beams: u64,
 }
 
 /// Runs iterations. Keeps its memory from one to the next.
 pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: Settings,
-    chunks: Vec<Chunk>,
+    /// How merges gather in the first iteration.
+    gathers: Gathers,
+    chunks: Vec<Stored>,
 }
 
 impl<'a> Renderer<'a> {
@@ -59,7 +45,13 @@ impl<'a> Renderer<'a> {
     /// Settings that make no sense.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
-        Ok(Self { scene, settings, chunks: Vec::new() })
+        let gathers = auto::resolve(scene, &settings);
+        Ok(Self { scene, settings, gathers, chunks: Vec::new() })
+    }
+
+    /// How merges gather in the first iteration, with what was chosen where the settings left it open.
+    pub fn gathers(&self) -> &Gathers {
+        &self.gathers
     }
 
     /// The settings.
@@ -71,16 +63,20 @@ impl<'a> Renderer<'a> {
     /// whatever ran before and on however many threads.
     pub fn iteration(&mut self, index: u64, film: &mut Film) -> IterationStats {
         let mut stats = IterationStats::default();
+        let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
+        let pass = Pass::new(self.settings, index, self.gathers.at(index, &self.settings.merging), partners);
         if self.settings.needs_light_paths() {
-            stats.light_paths = self.trace_light_paths(index, film);
+            stats.light_paths = self.trace_light_paths(&pass, film);
             stats.light_vertices = self.chunks.iter().map(|c| c.vertices.len() as u64).sum();
+            stats.beams = self.chunks.iter().map(|c| c.beams.len() as u64).sum();
         }
         let camera = self.settings.needs_camera_paths();
         if camera {
             let (width, height) = film.size();
             stats.camera_paths = (width * height) as u64;
         }
-        let (scene, settings, chunks) = (self.scene, &self.settings, &self.chunks);
+        let (scene, chunks) = (self.scene, &self.chunks);
+        let photons = self.settings.techniques.merges().then(|| Photons::build(scene, &pass, chunks));
         let origin = UVec2::from(film.origin());
         film.for_each_band(|band| {
             for chunk in chunks {
@@ -89,7 +85,7 @@ impl<'a> Renderer<'a> {
                 }
             }
             if camera {
-                trace_band(scene, settings, chunks, index, origin, band);
+                trace_band(scene, &pass, chunks, photons.as_ref(), origin, band);
             }
         });
         film.end_iteration();
@@ -98,24 +94,23 @@ impl<'a> Renderer<'a> {
 
     /// Traces all light subpaths of the full frame, whatever the crop window, so that a crop is the crop of
     /// the full frame. Returns their number.
-    fn trace_light_paths(&mut self, iteration: u64, film: &Film) -> u64 {
-        let size = self.scene.camera.size();
-        let paths = (size.x as f32 * size.y as f32 * LIGHT_PATHS_A_PIXEL) as u64;
-        let (scene, settings) = (self.scene, &self.settings);
+    fn trace_light_paths(&mut self, pass: &Pass, film: &Film) -> u64 {
+        let partners = if self.settings.needs_partners() { pass.partners } else { 0 };
+        let paths = partners.max(pass.merged_paths());
+        let scene = self.scene;
         let window = Window { origin: film.origin(), width: film.size().0, height: film.size().1 };
         let bands = film.bands();
-        self.chunks.resize_with(paths.div_ceil(CHUNK) as usize, Chunk::default);
+        self.chunks.resize_with(paths.div_ceil(CHUNK) as usize, Stored::default);
         self.chunks.par_iter_mut().enumerate().for_each(|(number, chunk)| {
-            chunk.vertices.clear();
-            chunk.ends.clear();
-            chunk.splats.resize_with(bands, Vec::new);
-            chunk.splats.iter_mut().for_each(Vec::clear);
+            chunk.clear(bands);
             let first = number as u64 * CHUNK;
-            let mut sink = SplatSink { window, splats: &mut chunk.splats };
+            let mut splats = std::mem::take(&mut chunk.splats);
+            let mut sink = SplatSink { window, splats: &mut splats };
             for path in first..(first + CHUNK).min(paths) {
-                light_path::trace(scene, settings, iteration, path, &mut chunk.vertices, &mut sink);
-                chunk.ends.push(chunk.vertices.len() as u32);
+                light_path::trace(scene, pass, path, chunk, &mut sink);
+                chunk.end_path();
             }
+            chunk.splats = splats;
         });
         paths
     }
@@ -124,13 +119,13 @@ impl<'a> Renderer<'a> {
 /// The camera subpaths of a band's pixels.
 fn trace_band(
     scene: &Scene,
-    settings: &Settings,
-    chunks: &[Chunk],
-    iteration: u64,
+    pass: &Pass,
+    chunks: &[Stored],
+    photons: Option<&Photons>,
     origin: UVec2,
     band: &mut Band,
 ) {
-    let connect = settings.techniques.has(Technique::Connect);
+    let connect = pass.on(Technique::Connect);
     let frame_width = scene.camera.size().x as usize;
     for left in (0..band.width).step_by(TILE) {
         for row in 0..band.rows() {
@@ -143,7 +138,8 @@ fn trace_band(
                     &[]
                 };
                 let mut sink = PixelSink { pixel: row * band.width + column, band };
-                camera_path::trace(scene, settings, iteration, pixel, vertices, &mut sink);
+                let partners = Partners { vertices, photons };
+                camera_path::trace(scene, pass, pixel, partners, &mut sink);
             }
         }
     }

@@ -1,8 +1,9 @@
 //! The light subpath: what is stored of it, and t = 1.
 
 use super::expression::{Expression, Label};
-use super::mis::{Link, connection_weight};
-use super::settings::Settings;
+use super::merge::photons::{Beam, LightStart, Stored, parts};
+use super::mis::{Link, Pending, connection_weight};
+use super::pass::Pass;
 use super::sink::{Joint, Sink, Start};
 use super::technique::Technique;
 use super::walk::{Flight, Vertex, Visitor, walk};
@@ -14,20 +15,11 @@ use crate::math::{Rgb, Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
 use glam::Vec3A;
 
-/// Light subpaths an iteration, relative to the pixels of the full frame.
-pub const LIGHT_PATHS_A_PIXEL: f32 = 1.0;
-
-/// Traces light subpath `index` of `iteration`: appends the vertices that can be connected to `store`, and records
-/// its connections to the lens.
-pub fn trace<S: Sink>(
-    scene: &Scene,
-    settings: &Settings,
-    iteration: u64,
-    index: u64,
-    store: &mut Vec<Vertex>,
-    sink: &mut S,
-) {
-    let mut random = Stream::new(settings.seed, iteration, StreamKind::Light, index);
+/// Traces light subpath `index` of an iteration: keeps in `store` what can be connected or merged, and records its
+/// connections to the lens.
+pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, index: u64, store: &mut Stored, sink: &mut S) {
+    let settings = &pass.settings;
+    let mut random = Stream::new(settings.seed, pass.iteration, StreamKind::Light, index);
     let select = random.next_1d();
     let (u_position, u_direction) = (random.next_2d(), random.next_2d());
     let Some(emission) = scene.lights.sample_emission(&scene.geometry, select, u_position, u_direction)
@@ -36,16 +28,17 @@ pub fn trace<S: Sink>(
     };
     let light = emission.point;
     sink.start(&Start::Light(light));
-    let mut path = LightPath::new(scene, settings, light, emission.pdf_pos, store, sink);
+    let mut path = LightPath::new(scene, pass, index, light, emission.pdf_pos, store, sink);
     path.connect_light_to_lens(&mut random);
     let flight = path.depart(&emission);
-    walk(scene, settings, settings.max_length - 1, flight, &mut random, &mut path);
+    walk(scene, pass, settings.max_length - 1, flight, &mut random, &mut path);
 }
 
 /// The visitor of a light walk.
 struct LightPath<'a, S> {
     scene: &'a Scene,
-    settings: &'a Settings,
+    pass: &'a Pass,
+    index: u32,
     light: LightPoint,
     /// p_0 and c_0 of the start, raised.
     start: Link,
@@ -53,37 +46,53 @@ struct LightPath<'a, S> {
     pdf_position: f32,
     /// c of a connection, raised: 1 where the technique is on.
     connect: f32,
+    /// Whether vertices are kept for a partner.
+    stored: bool,
     next_event: bool,
     lens: bool,
-    store: &'a mut Vec<Vertex>,
+    /// Whether vertices are kept for merges.
+    points: bool,
+    /// Whether edges are kept for merges.
+    beams: bool,
+    store: &'a mut Stored,
     sink: &'a mut S,
 }
 
 impl<'a, S: Sink> LightPath<'a, S> {
     fn new(
         scene: &'a Scene,
-        settings: &'a Settings,
+        pass: &'a Pass,
+        index: u64,
         light: LightPoint,
         pdf_position: f32,
-        store: &'a mut Vec<Vertex>,
+        store: &'a mut Stored,
         sink: &'a mut S,
     ) -> Self {
-        let on = |t| settings.techniques.has(t);
+        let on = |t| pass.on(t);
+        let partner = index < pass.partners;
+        let merged =
+            |techniques: &[Technique]| techniques.iter().any(|t| on(*t) && index < pass.gathers.of(*t).paths);
+        let points = merged(&[Technique::Surface, Technique::PointPoint, Technique::PointBeam]);
+        let beams = merged(&[Technique::BeamPoint, Technique::BeamBeam]);
+        if beams {
+            store.starts.push(LightStart { point: light, pdf: pdf_position });
+        }
         let hit = on(Technique::Hit) && scene.lights.is_hittable(&light);
-        let start = Link {
-            density: settings.heuristic.raise(pdf_position),
-            behind: 0.0,
-            count: if hit { 1.0 } else { 0.0 },
-        };
+        let start =
+            Link { density: pass.raise(pdf_position), behind: 0.0, count: if hit { 1.0 } else { 0.0 } };
         Self {
             scene,
-            settings,
+            pass,
+            index: index as u32,
             light,
             start,
             pdf_position,
             connect: if on(Technique::Connect) { 1.0 } else { 0.0 },
+            stored: on(Technique::Connect) && partner,
             next_event: on(Technique::NextEvent),
-            lens: on(Technique::Lens),
+            lens: on(Technique::Lens) && partner,
+            points,
+            beams,
             store,
             sink,
         }
@@ -106,14 +115,14 @@ impl<'a, S: Sink> LightPath<'a, S> {
             cosine,
             infinite,
             specular: false,
-            sum: self.start.leave(false, 0.0, 0.0),
+            sum: self.start.leave(false, Pending::NONE, 0.0),
             length: 0,
-            trail: self.settings.paths.ends(),
+            trail: self.pass.settings.paths.ends(),
         }
     }
 
     fn raise(&self, x: f32) -> f32 {
-        self.settings.heuristic.raise(x)
+        self.pass.raise(x)
     }
 
     /// t = 1, s = 1: the light as seen directly. Lights at a point or from a single direction are not seen.
@@ -124,7 +133,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         }
         // Drawn whatever the lengths that count, so that these change no other random number.
         let u = random.next_2d();
-        if self.settings.min_length > 1 || !lights.is_hittable(&self.light) {
+        if self.pass.settings.min_length > 1 || !lights.is_hittable(&self.light) {
             return;
         }
         let camera = &self.scene.camera;
@@ -141,8 +150,8 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let geometry = lights.cos_at_light(&self.light, -dir) * falloff;
         let radiance = lights.emitted(&self.light, -dir);
         let reverse = camera.pdf_direction(lens, dir) * geometry;
-        let contribution = radiance * (reverse / (self.pdf_position * LIGHT_PATHS_A_PIXEL));
-        let paths = &self.settings.paths;
+        let contribution = radiance * (reverse / self.pdf_position);
+        let paths = &self.pass.settings.paths;
         if contribution == Rgb::ZERO || !Expression::accepts(paths.start(), paths.ends()) {
             return;
         }
@@ -157,11 +166,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
             return;
         }
         let reverse = reverse * passage.density(Rgb::ONE);
-        let weight = connection_weight(
-            self.raise(LIGHT_PATHS_A_PIXEL),
-            self.start.close(0.0, 0.0, self.raise(reverse)),
-            0.0,
-        );
+        let weight = connection_weight(1.0, self.start.close(0.0, 0.0, self.raise(reverse)), 0.0);
         let sample = Sample { technique: Technique::Lens, s: 1, t: 1, contribution, weight };
         self.sink.record(&sample, &Joint::Lens(lens, pixel));
     }
@@ -169,12 +174,12 @@ impl<'a, S: Sink> LightPath<'a, S> {
     /// t = 1, s ≥ 2: a vertex as seen from the lens.
     fn connect_to_lens(&mut self, vertex: &Vertex, random: &mut Stream) {
         let u = random.next_2d();
-        if vertex.length + 1 < self.settings.min_length {
+        if vertex.length + 1 < self.pass.settings.min_length {
             return;
         }
         let camera = &self.scene.camera;
         let lens = camera.sample_lens(u);
-        let paths = &self.settings.paths;
+        let paths = &self.pass.settings.paths;
         if !Expression::accepts(paths.start(), paths.before(vertex.trail, vertex.joint_label())) {
             return;
         }
@@ -185,7 +190,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let Some(pixel) = camera.pixel_of(lens, dir) else { return };
         let Some(scattering) = vertex.scatter(self.scene, vertex.to_previous, -dir) else { return };
         let geometry = camera.pdf_direction(lens, dir) * vertex.place.cosine(dir) / d2;
-        let contribution = vertex.throughput * scattering.value * (geometry / LIGHT_PATHS_A_PIXEL);
+        let contribution = vertex.throughput * scattering.value * geometry;
         if contribution == Rgb::ZERO {
             return;
         }
@@ -195,10 +200,13 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let reverse = geometry * passage.density(vertex.place.rate());
+        let density = passage.density(vertex.place.rate());
+        let reverse = geometry * density;
+        let beam = self.pass.beam(Mode::Radiance, &passage, density);
+        let merges = vertex.merges(self.pass, Mode::Importance, -dir).with(beam);
         let weight = connection_weight(
-            self.raise(LIGHT_PATHS_A_PIXEL),
-            vertex.link.close(0.0, self.raise(scattering.pdf_camera), self.raise(reverse)),
+            1.0,
+            vertex.link.close(merges, self.raise(scattering.pdf_camera), self.raise(reverse)),
             0.0,
         );
         let sample = Sample { technique: Technique::Lens, s: vertex.length + 1, t: 1, contribution, weight };
@@ -230,15 +238,37 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
         if self.lens {
             self.connect_to_lens(vertex, random);
         }
-        if self.connect > 0.0 && vertex.length + 2 <= self.settings.max_length {
-            self.store.push(*vertex);
+        // A merge adds an edge at least, a connection two.
+        if self.points || (self.stored && vertex.length + 2 <= self.pass.settings.max_length) {
+            self.store.vertices.push(Vertex { path: self.index, ..*vertex });
         }
+    }
+
+    #[inline]
+    fn flown(&mut self, flight: &Flight, arrival: &Arrival) {
+        if !self.beams {
+            return;
+        }
+        let light = self.store.starts.len() as u32 - 1;
+        let (beams, path) = (&mut self.store.beams, self.index);
+        parts(self.scene, self.pass, Mode::Importance, flight, arrival.distance, |stretch| {
+            beams.push(Beam {
+                flight: *flight,
+                origin: stretch.origin,
+                start: stretch.start,
+                length: stretch.length,
+                before: stretch.before,
+                medium: stretch.index,
+                path,
+                light,
+            });
+        });
     }
 
     fn escaped(&mut self, _flight: &Flight, _arrival: &Arrival) {}
 
     #[inline]
     fn extend(&self, trail: u32, label: Label) -> u32 {
-        self.settings.paths.before(trail, label)
+        self.pass.settings.paths.before(trail, label)
     }
 }

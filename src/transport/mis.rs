@@ -16,7 +16,11 @@
 //! | p_i (r_i on the camera side) | [`Link::density`] | own density of the vertex, in its own measure |
 //! | A_i | [`Link::behind`] | W_{i-1} / ρ_i |
 //! | c_i | [`Link::count`] | samples of the connection that would end the own subpath just before x_i |
-//! | M_i | `merges` | sum over the merges at x_i |
+//! | M_i | [`Merges`] | sum over the merges at x_i |
+//!
+//! The densities of merges with beams are relative to the free flight on an edge that ends in x_i. Of one of these two
+//! edges a subpath knows all when it is at x_i; the other one, which it goes on by, it knows an edge later. So it carries
+//! M_i in two parts, [`Pending`]: what is known, and what still has to be multiplied by b of the other edge.
 //!
 //! Power heuristic: each of p, r, c and M is raised to β as it enters; nothing else changes [Veach 1997, 9.2].
 
@@ -82,21 +86,109 @@ impl<F: Real> Link<F> {
         reverse * (merges + (self.count + self.behind * back) / self.density)
     }
 
+    /// (c_i + W_{i-1}) / p_i: all techniques on this side, relative to one that joins the subpaths at x_i itself.
+    #[inline]
+    pub fn apart(&self, back: F) -> F {
+        (self.count + self.behind * back) / self.density
+    }
+
     /// The part of the sum that goes with the subpath when it leaves x_i: M_i + (c_i + W_{i-1}) / p_i.
     /// At a specular vertex nothing can be connected or merged: c_i = M_i = 0.
     #[inline]
-    pub fn leave(&self, specular: bool, merges: F, back: F) -> F {
-        let before = self.behind * back;
-        if specular { before / self.density } else { merges + (self.count + before) / self.density }
+    pub fn leave(&self, specular: bool, merges: Pending<F>, back: F) -> Pending<F> {
+        if specular {
+            Pending { known: self.behind * back / self.density, open: F::ZERO }
+        } else {
+            Pending { known: merges.known + self.apart(back), open: merges.open }
+        }
     }
 
-    /// The link of the next vertex: `density` its own density raised, `sum` what [`Link::leave`] gave,
-    /// `geometry` what turns ρ at the next vertex into the density of this one: D/d² times the other side's free-flight
-    /// factor of the edge, raised.
+    /// The link of the next vertex: `density` its own density raised, `sum` what [`Link::leave`] gave with all of it
+    /// known, `geometry` what turns ρ at the next vertex into the density of this one: D/d² times the other side's
+    /// free-flight factor of the edge, raised.
     #[inline]
     pub fn next(density: F, sum: F, geometry: F, count: F) -> Self {
         Self { density, behind: geometry * sum, count }
     }
+}
+
+/// A sum with a part that is still to be multiplied by b of the other subpath's edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pending<F = f32> {
+    /// What is known.
+    pub known: F,
+    /// What b multiplies.
+    pub open: F,
+}
+
+impl<F: Real> Pending<F> {
+    /// Nothing.
+    pub const NONE: Self = Self { known: F::ZERO, open: F::ZERO };
+
+    /// With b of the other subpath's edge, raised.
+    #[inline]
+    pub fn with(self, other: F) -> F {
+        self.known + self.open * other
+    }
+}
+
+/// M_i,v of each merge without what depends on the vertex, raised: counts times the measures of kernels
+/// (transport.md, 3); 0 where a technique is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Merges<F = f32> {
+    /// N π r².
+    pub surface: F,
+    /// N 4/3 π r³.
+    pub point_point: F,
+    /// N π r², to be multiplied by b(T←).
+    pub point_beam: F,
+    /// N π r², to be multiplied by b(T→).
+    pub beam_point: F,
+    /// N 2 r, to be multiplied by sin θ, b(T→) and b(T←).
+    pub beam_beam: F,
+}
+
+impl<F: Real> Merges<F> {
+    /// No merges.
+    pub const NONE: Self = Self {
+        surface: F::ZERO,
+        point_point: F::ZERO,
+        point_beam: F::ZERO,
+        beam_point: F::ZERO,
+        beam_beam: F::ZERO,
+    };
+
+    /// M_i at a surface.
+    #[inline]
+    pub fn at_surface(&self) -> Pending<F> {
+        Pending { known: self.surface, open: F::ZERO }
+    }
+
+    /// M_i at a collision, as a light subpath knows it: `own` is b(T→), and what is open waits for b(T←). `sine` is that of the
+    /// angle between the two edges. All raised.
+    #[inline]
+    pub fn from_light(&self, own: F, sine: F) -> Pending<F> {
+        Pending {
+            known: self.point_point + self.beam_point * own,
+            open: self.point_beam + self.beam_beam * sine * own,
+        }
+    }
+
+    /// M_i at a collision, as a camera subpath knows it: `own` is b(T←), and what is open waits for b(T→).
+    #[inline]
+    pub fn from_camera(&self, own: F, sine: F) -> Pending<F> {
+        Pending {
+            known: self.point_point + self.point_beam * own,
+            open: self.beam_point + self.beam_beam * sine * own,
+        }
+    }
+}
+
+/// The weight of a merge at x_i: M_i,v / (M_i + (c_i + W_{i-1})/p_i + (c_{i+1} + V_{i+1})/r_i), all raised; the two quotients
+/// are [`Link::apart`] of the two subpaths.
+#[inline]
+pub fn merge_weight<F: Real>(own: F, all: F, light_side: F, camera_side: F) -> F {
+    own / (all + light_side + camera_side)
 }
 
 /// The weight of a connection: c_s / (c_s + W_{s-1} + V_s).

@@ -1,6 +1,7 @@
 //! What a render is asked for.
 
 use super::expression::Expression;
+use super::merge::MergeSettings;
 use super::technique::{Technique, TechniqueSet};
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,8 @@ pub struct Settings {
     pub techniques: TechniqueSet,
     /// How they are weighted; default balance.
     pub heuristic: Heuristic,
+    /// How merges are made.
+    pub merging: MergeSettings,
     /// Shortest path that counts, in segments; default 1 (light that is seen directly).
     pub min_length: u32,
     /// Longest path that counts, in segments; default 64.
@@ -58,6 +61,7 @@ impl Settings {
         Self {
             techniques,
             heuristic: Heuristic::Balance,
+            merging: MergeSettings::default(),
             min_length: 1,
             max_length: 64,
             paths: Expression::ALL,
@@ -89,16 +93,22 @@ impl Settings {
                 "the power heuristic's exponent is {beta}: it must be positive and at most 8"
             )));
         }
-        Ok(())
+        self.merging.validate(self.techniques)
     }
 
     /// Whether light subpaths are walked at all.
     pub fn needs_light_paths(&self) -> bool {
+        self.needs_partners() || self.techniques.merges()
+    }
+
+    /// Whether light subpaths are walked that are connected: as many as the frame has pixels.
+    pub fn needs_partners(&self) -> bool {
         self.techniques.has(Technique::Lens) || self.techniques.has(Technique::Connect)
     }
 
     /// Whether camera subpaths are walked at all.
     pub fn needs_camera_paths(&self) -> bool {
         [Technique::Hit, Technique::NextEvent, Technique::Connect].iter().any(|t| self.techniques.has(*t))
+            || self.techniques.merges()
     }
 }

@@ -16,8 +16,21 @@ pub enum Joint {
     NextEvent(LightPoint),
     /// A light vertex, by its number among those stored of its subpath, was connected.
     Connect(usize),
+    /// The subpaths were merged.
+    Merge(Meeting),
     /// The light subpath was connected to this point of the lens and falls on this pixel of the full frame.
     Lens(Vec3A, UVec2),
+}
+
+/// Where a light and a camera subpath are taken for joined.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// Number of the light subpath in its iteration.
+    pub path: u32,
+    /// x_i on the light subpath.
+    pub light: Vec3A,
+    /// x_i on the camera subpath.
+    pub camera: Vec3A,
 }
 
 /// Where a subpath starts.

@@ -1,6 +1,7 @@
 //! The one list of techniques and presets. Configuration keys, layer names, report columns, `--help` and
 //! `tyndall techniques` all come from the two tables here.
 
+use super::merge::MERGES;
 use crate::error::{Error, Result, nearest};
 
 /// A family of sampling techniques: a way in which a light and a camera subpath make one path.
@@ -15,6 +16,16 @@ pub enum Technique {
     Connect,
     /// t = 1: light tracing, a light vertex is connected to the lens.
     Lens,
+    /// A light and a camera vertex near each other on a surface are taken for one.
+    Surface,
+    /// P-P3D: the same of two collisions in a medium.
+    PointPoint,
+    /// P-B2D: a collision of a light subpath and a camera beam that passes it.
+    PointBeam,
+    /// B-P2D: a photon beam and a collision of a camera subpath that it passes.
+    BeamPoint,
+    /// B-B1D: a photon beam and a camera beam that pass each other.
+    BeamBeam,
 }
 
 /// What is known of a technique: a row of the table.
@@ -34,7 +45,7 @@ pub struct TechniqueInfo {
 }
 
 /// All techniques, in the order in which they are shown and summed.
-pub const TECHNIQUES: [TechniqueInfo; 4] = [
+pub const TECHNIQUES: [TechniqueInfo; 9] = [
     TechniqueInfo {
         technique: Technique::Hit,
         key: "hit",
@@ -67,6 +78,46 @@ pub const TECHNIQUES: [TechniqueInfo; 4] = [
         paper: "Dutré et al. 1993; Veach 1997, 10.2",
         color: "#ccbb44",
     },
+    TechniqueInfo {
+        technique: Technique::Surface,
+        key: "surf",
+        label: "surface merging",
+        symbol: "SURF",
+        paper: "Jensen 1996; Georgiev et al. 2012; Hachisuka et al. 2012",
+        color: "#ee6677",
+    },
+    TechniqueInfo {
+        technique: Technique::PointPoint,
+        key: "pp3d",
+        label: "point-point 3D",
+        symbol: "P-P3D",
+        paper: "Jensen & Christensen 1998; Křivánek et al. 2014",
+        color: "#aa3377",
+    },
+    TechniqueInfo {
+        technique: Technique::PointBeam,
+        key: "pb2d",
+        label: "point-beam 2D",
+        symbol: "P-B2D",
+        paper: "Jarosz et al. 2008; Křivánek et al. 2014",
+        color: "#ee7733",
+    },
+    TechniqueInfo {
+        technique: Technique::BeamPoint,
+        key: "bp2d",
+        label: "beam-point 2D",
+        symbol: "B-P2D",
+        paper: "Jarosz et al. 2011; Křivánek et al. 2014",
+        color: "#882255",
+    },
+    TechniqueInfo {
+        technique: Technique::BeamBeam,
+        key: "bb1d",
+        label: "beam-beam 1D",
+        symbol: "B-B1D",
+        paper: "Jarosz et al. 2011; Křivánek et al. 2014",
+        color: "#009988",
+    },
 ];
 
 /// A named set of techniques.
@@ -77,18 +128,40 @@ pub struct Preset {
     pub label: &'static str,
     /// Its techniques.
     pub techniques: &'static [Technique],
+    /// Whether camera subpaths end at their first vertex that is not specular.
+    pub first: bool,
 }
 
 /// All presets.
-pub const PRESETS: [Preset; 3] = [
-    Preset { key: "pt", label: "path tracing", techniques: &[Technique::Hit, Technique::NextEvent] },
-    Preset { key: "lt", label: "light tracing", techniques: &[Technique::Lens] },
-    Preset {
-        key: "bpt",
-        label: "bidirectional path tracing",
-        techniques: &[Technique::Hit, Technique::NextEvent, Technique::Connect, Technique::Lens],
-    },
-];
+pub const PRESETS: [Preset; 11] = {
+    use Technique::{BeamBeam, BeamPoint, Connect, Hit, Lens, NextEvent, PointBeam, PointPoint, Surface};
+    const fn preset(
+        key: &'static str,
+        label: &'static str,
+        techniques: &'static [Technique],
+        first: bool,
+    ) -> Preset {
+        Preset { key, label, techniques, first }
+    }
+    [
+        preset("pt", "path tracing", &[Hit, NextEvent], false),
+        preset("lt", "light tracing", &[Lens], false),
+        preset("bpt", "bidirectional path tracing", &[Hit, NextEvent, Connect, Lens], false),
+        preset("ppm", "progressive photon mapping", &[Hit, Surface], true),
+        preset("bpm", "bidirectional photon mapping", &[Hit, Surface], false),
+        preset("vcm", "vertex connection and merging", &[Hit, NextEvent, Connect, Lens, Surface], false),
+        preset("pp3d", "point-point 3D", &[Hit, Surface, PointPoint], true),
+        preset("pb2d", "point-beam 2D", &[Hit, Surface, PointBeam], true),
+        preset("bp2d", "beam-point 2D", &[Hit, Surface, BeamPoint], true),
+        preset("bb1d", "beam-beam 1D", &[Hit, Surface, BeamBeam], true),
+        preset(
+            "upbp",
+            "points, beams and paths",
+            &[Hit, NextEvent, Connect, Lens, Surface, PointPoint, PointBeam, BeamBeam],
+            false,
+        ),
+    ]
+};
 
 impl Technique {
     /// Number of techniques.
@@ -131,6 +204,21 @@ impl TechniqueSet {
         (1..1u32 << Technique::COUNT).map(Self)
     }
 
+    /// Every set of connections that is not empty.
+    pub fn connections() -> impl Iterator<Item = Self> {
+        Self::subsets().filter(|s| !s.merges())
+    }
+
+    /// Whether some technique of it merges.
+    pub fn merges(self) -> bool {
+        MERGES.iter().any(|t| self.has(*t))
+    }
+
+    /// Whether some technique of it merges in media.
+    pub fn merges_in_media(self) -> bool {
+        MERGES.iter().any(|t| *t != Technique::Surface && self.has(*t))
+    }
+
     /// Whether a technique is in it.
     #[inline]
     pub fn has(self, technique: Technique) -> bool {
@@ -163,11 +251,12 @@ impl TechniqueSet {
     }
 
     fn named(name: &str) -> Result<Self> {
-        if let Some(preset) = PRESETS.iter().find(|p| p.key == name) {
-            return Ok(Self::of(preset.techniques));
-        }
+        // Some presets are called after the technique that they show: in a list the technique is meant.
         if let Some(info) = TECHNIQUES.iter().find(|i| i.key == name) {
             return Ok(Self::of(&[info.technique]));
+        }
+        if let Some(preset) = PRESETS.iter().find(|p| p.key == name) {
+            return Ok(Self::of(preset.techniques));
         }
         let known: Vec<&str> =
             PRESETS.iter().map(|p| p.key).chain(TECHNIQUES.iter().map(|i| i.key)).collect();
@@ -180,7 +269,7 @@ impl TechniqueSet {
 impl std::fmt::Display for TechniqueSet {
     /// The preset's name where the set is one, else its techniques joined by commas.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if let Some(preset) = PRESETS.iter().find(|p| Self::of(p.techniques) == *self) {
+        if let Some(preset) = PRESETS.iter().find(|p| !p.first && Self::of(p.techniques) == *self) {
             return f.write_str(preset.key);
         }
         let keys: Vec<&str> = self.iter().map(|t| t.info().key).collect();

@@ -1,11 +1,14 @@
 //! The walk: one piece of code for light and camera subpaths.
 
 use super::expression::Label;
-use super::mis::Link;
-use super::settings::Settings;
+use super::merge::join::{scatter_in, sine};
+use super::merge::{Arm, Beams};
+use super::mis::{Link, Pending};
+use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::{Frame, Rgb, Stream};
+use crate::medium::Passage;
 use crate::scene::{Arrival, Collision, End, Inside, Scene};
 use glam::Vec3A;
 
@@ -33,7 +36,7 @@ pub struct Flight {
     /// Whether x_{i-1} was sampled by a specular lobe.
     pub specular: bool,
     /// What [`Link::leave`] gave at x_{i-1}.
-    pub sum: f32,
+    pub sum: Pending,
     /// Edges of the subpath before this one.
     pub length: u32,
     /// What the light path expression needs of the vertices up to x_{i-1}.
@@ -118,12 +121,16 @@ pub struct Vertex {
     pub inside: Inside,
     /// What the weights need.
     pub link: Link,
+    /// b of the edge that led here, raised; 0 on a surface. See [`Pass::beam`].
+    pub beam: f32,
     /// Edges between here and the subpath's start.
     pub length: u32,
     /// What the light path expression needs of the vertices before this one.
     pub trail: u32,
     /// Index of refraction outside of a solid's boundary, see [`Site::outside`].
     pub outside: f32,
+    /// Number of the subpath among those of its kind in its iteration, where it is stored.
+    pub path: u32,
 }
 
 /// What a vertex does to light between two directions, with both subpaths' densities.
@@ -155,10 +162,8 @@ impl Vertex {
             Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
             Place::Medium(collision) => {
                 let medium = &scene.media[collision.medium as usize];
-                let phase = medium.phase().evaluate(wl, wc);
-                let pdf = phase * medium.continuation(&collision.coefficients);
-                let value = collision.coefficients.sigma_s * phase;
-                (phase > 0.0).then_some(Scattering { value, pdf_light: pdf, pdf_camera: pdf })
+                let scattering = scatter_in(medium, &collision.coefficients, wl, wc);
+                (scattering.pdf_light > 0.0).then_some(scattering)
             }
         }
     }
@@ -210,6 +215,18 @@ impl Vertex {
         }
     }
 
+    /// M_i where the subpath, walked in `mode`, goes on or is joined in the unit direction `dir`.
+    #[inline]
+    pub fn merges(&self, pass: &Pass, mode: Mode, dir: Vec3A) -> Pending {
+        match self.place {
+            Place::Surface(_) => pass.merges.at_surface(),
+            Place::Medium(_) if pass.beams => {
+                pass.merges_at_collision(mode, self.beam, sine(self.to_previous, dir))
+            }
+            Place::Medium(_) => Pending { known: pass.merges.point_point, open: 0.0 },
+        }
+    }
+
     /// What a light path expression calls this vertex where two subpaths are joined at it.
     #[inline]
     pub fn joint_label(&self) -> Label {
@@ -227,12 +244,17 @@ pub trait Visitor {
     /// c of the connection that ends this subpath just before the vertex at `length` edges, which lies at `position`,
     /// raised (see [`Link::count`]); asked only where the vertex before is not specular.
     fn count(&self, length: u32, position: Vec3A) -> f32;
-    /// A ray is about to be followed: what shines along the whole of it can be gathered.
-    fn departed(&mut self, _flight: &Flight) {}
+    /// A ray was followed as far as `arrival`. What a vertex there is told comes after this.
+    fn flown(&mut self, _flight: &Flight, _arrival: &Arrival) {}
     /// A vertex was reached. `flight` led to it.
     fn vertex(&mut self, vertex: &Vertex, flight: &Flight, random: &mut Stream);
     /// The ray left the scene.
     fn escaped(&mut self, flight: &Flight, arrival: &Arrival);
+    /// Whether the subpath shall go on.
+    #[inline]
+    fn goes_on(&self, _flight: &Flight) -> bool {
+        true
+    }
     /// The trail with one more vertex, see [`super::expression::Expression`].
     fn extend(&self, trail: u32, label: Label) -> u32;
 }
@@ -241,15 +263,15 @@ pub trait Visitor {
 #[inline]
 pub fn walk<V: Visitor>(
     scene: &Scene,
-    settings: &Settings,
+    pass: &Pass,
     max_length: u32,
     mut flight: Flight,
     random: &mut Stream,
     visitor: &mut V,
 ) {
     while flight.length < max_length {
-        visitor.departed(&flight);
         let arrival = scene.fly(&flight.ray, flight.inside, random);
+        visitor.flown(&flight, &arrival);
         let place = match arrival.end {
             End::Surface(point) => Place::Surface(point),
             End::Collision(collision) => Place::Medium(collision),
@@ -258,15 +280,79 @@ pub fn walk<V: Visitor>(
                 return;
             }
         };
-        let Some(vertex) = arrive(scene, settings, &flight, place, &arrival, visitor) else { return };
+        let Some(vertex) = arrive(scene, pass, &flight, place, &arrival, visitor) else { return };
         visitor.vertex(&vertex, &flight, random);
         if vertex.length == max_length {
             return;
         }
-        match leave(scene, settings, &vertex, random, visitor) {
-            Some(next) => flight = next,
-            None => return,
+        match leave(scene, pass, &vertex, random, visitor) {
+            Some(next) if visitor.goes_on(&next) => flight = next,
+            _ => return,
         }
+    }
+}
+
+impl Flight {
+    /// The link of a vertex at `distance`, reached by a walk in `mode` through `passage`, and b of the edge, raised.
+    /// `place`: the vertex's rate (see [`Place::rate`]) and |cos θ|; `count`: c of the connection before it.
+    #[inline]
+    pub fn link(
+        &self,
+        pass: &Pass,
+        mode: Mode,
+        distance: f32,
+        passage: &Passage,
+        place: (Rgb, f32),
+        count: f32,
+    ) -> (Link, f32) {
+        let (rate, cosine) = place;
+        // T→ on a light subpath, T← on a camera subpath; and the one of the edge's other end.
+        let own = passage.density(rate);
+        let reverse = passage.density(self.rate);
+        let falloff = if self.infinite { 1.0 } else { 1.0 / (distance * distance) };
+        // Without a collision at the start there is nothing that b multiplies.
+        let sum = if self.sum.open > 0.0 {
+            self.sum.with(pass.beam(other(mode), passage, reverse))
+        } else {
+            self.sum.known
+        };
+        let link = Link::next(
+            pass.raise(self.pdf * cosine * falloff * own),
+            sum,
+            pass.raise(self.cosine * falloff * reverse),
+            count,
+        );
+        (link, pass.beam(mode, passage, own))
+    }
+
+    /// The beam of this flight as it arrives at a point in a medium, `distance` along it: with the whole contribution
+    /// where beams are long, with that of beams that get so far where they are short.
+    #[inline]
+    pub fn arm(
+        &self,
+        pass: &Pass,
+        mode: Mode,
+        distance: f32,
+        passage: &Passage,
+        rate: Rgb,
+        count: f32,
+    ) -> Option<Arm> {
+        let (link, beam) = self.link(pass, mode, distance, passage, (rate, 1.0), count);
+        if beam <= 0.0 {
+            return None;
+        }
+        let share = match pass.beams_of(mode) {
+            Beams::Long => 1.0,
+            Beams::Short => passage.density(Rgb::ONE),
+        };
+        Some(Arm {
+            back: -self.ray.dir,
+            throughput: self.throughput * (passage.transmittance / share),
+            link,
+            beam,
+            length: self.length + 1,
+            trail: self.trail,
+        })
     }
 }
 
@@ -274,28 +360,24 @@ pub fn walk<V: Visitor>(
 #[inline]
 fn arrive<V: Visitor>(
     scene: &Scene,
-    settings: &Settings,
+    pass: &Pass,
     flight: &Flight,
     place: Place,
     arrival: &Arrival,
     visitor: &V,
 ) -> Option<Vertex> {
     let passage = &arrival.passage;
-    // T→ on a light subpath, T← on a camera subpath; and the one of the edge's other end.
     let own = passage.density(place.rate());
     if own <= 0.0 {
         return None;
     }
-    let other = passage.density(flight.rate);
-    let falloff = if flight.infinite { 1.0 } else { 1.0 / (arrival.distance * arrival.distance) };
     let length = flight.length + 1;
     let count = if flight.specular { 0.0 } else { visitor.count(length, place.position()) };
-    let raise = |x: f32| settings.heuristic.raise(x);
-    let density = flight.pdf * place.cosine(flight.ray.dir) * falloff * own;
-    let link = Link::next(raise(density), flight.sum, raise(flight.cosine * falloff * other), count);
-    let outside = match &place {
-        Place::Surface(point) => scene.solids.outside_index(point.shape, &arrival.inside),
-        Place::Medium(_) => 0.0,
+    let at = (place.rate(), place.cosine(flight.ray.dir));
+    let (link, beam) = flight.link(pass, V::MODE, arrival.distance, passage, at, count);
+    let (outside, beam) = match &place {
+        Place::Surface(point) => (scene.solids.outside_index(point.shape, &arrival.inside), 0.0),
+        Place::Medium(_) => (0.0, beam),
     };
     Some(Vertex {
         place,
@@ -303,9 +385,11 @@ fn arrive<V: Visitor>(
         throughput: flight.throughput * (passage.transmittance / own),
         inside: arrival.inside,
         link,
+        beam,
         length,
         trail: flight.trail,
         outside,
+        path: 0,
     })
 }
 
@@ -313,14 +397,14 @@ fn arrive<V: Visitor>(
 #[inline]
 fn leave<V: Visitor>(
     scene: &Scene,
-    settings: &Settings,
+    pass: &Pass,
     vertex: &Vertex,
     random: &mut Stream,
     visitor: &V,
 ) -> Option<Flight> {
     match &vertex.place {
-        Place::Surface(point) => leave_surface(scene, settings, vertex, point, random, visitor),
-        Place::Medium(collision) => leave_collision(scene, settings, vertex, collision, random, visitor),
+        Place::Surface(point) => leave_surface(scene, pass, vertex, point, random, visitor),
+        Place::Medium(collision) => leave_collision(scene, pass, vertex, collision, random, visitor),
     }
 }
 
@@ -333,7 +417,7 @@ fn survives(continuation: f32, random: &mut Stream) -> bool {
 #[inline]
 fn leave_surface<V: Visitor>(
     scene: &Scene,
-    settings: &Settings,
+    pass: &Pass,
     vertex: &Vertex,
     point: &SurfacePoint,
     random: &mut Stream,
@@ -363,7 +447,7 @@ fn leave_surface<V: Visitor>(
         // [Veach 1997, 5.3.2]: |wl·ns| |wc·ng| / (|wl·ng| |wc·ns|)
         Mode::Importance => (local_from.z * cosine / (from.dot(point.ng) * sample.to.z)).abs(),
     };
-    let back = settings.heuristic.raise(continuation * sample.pdf_rev);
+    let back = pass.raise(continuation * sample.pdf_rev);
     let label = if sample.specular { Label::Specular } else { Label::Surface };
     Some(Flight {
         ray: point.spawn(dir),
@@ -375,7 +459,7 @@ fn leave_surface<V: Visitor>(
         cosine,
         infinite: false,
         specular: sample.specular,
-        sum: vertex.link.leave(sample.specular, 0.0, back),
+        sum: vertex.link.leave(sample.specular, vertex.merges(pass, V::MODE, dir), back),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, label),
     })
@@ -384,7 +468,7 @@ fn leave_surface<V: Visitor>(
 #[inline]
 fn leave_collision<V: Visitor>(
     scene: &Scene,
-    settings: &Settings,
+    pass: &Pass,
     vertex: &Vertex,
     collision: &Collision,
     random: &mut Stream,
@@ -410,7 +494,7 @@ fn leave_collision<V: Visitor>(
         infinite: false,
         specular: false,
         // Phase functions are the same either way, and so are the densities.
-        sum: vertex.link.leave(false, 0.0, settings.heuristic.raise(pdf)),
+        sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(pdf)),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, Label::Medium),
     })

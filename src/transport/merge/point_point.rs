@@ -1,0 +1,38 @@
+//! P-P3D: collisions in a ball [Jensen & Christensen 1998; Křivánek et al. 2014, 4.1].
+
+use super::join::{self, Arm};
+use super::photons::Photons;
+use crate::film::Sample;
+use crate::scene::{Collision, Scene};
+use crate::transport::expression::Label;
+use crate::transport::pass::Pass;
+use crate::transport::sink::Meeting;
+use crate::transport::technique::Technique;
+use crate::transport::walk::{Place, Vertex};
+
+/// Merges a camera vertex in a medium with the collisions of light subpaths about it.
+#[inline]
+pub fn gather(
+    scene: &Scene,
+    pass: &Pass,
+    photons: &Photons,
+    (vertex, collision): (&Vertex, &Collision),
+    mut record: impl FnMut(&Sample, Meeting),
+) {
+    let radius = pass.gathers.of(Technique::PointPoint).radius;
+    let arm = Arm::from(vertex);
+    photons.collisions.within(collision.p, radius, |id, d2| {
+        let photon = photons.vertex(id);
+        if !matches!(&photon.place, Place::Medium(other) if other.medium == collision.medium) {
+            return;
+        }
+        let Some(scattering) = vertex.scatter(scene, photon.to_previous, vertex.to_previous) else { return };
+        let kernel = pass.settings.merging.kernel.ball(d2 / (radius * radius));
+        let arms = (&Arm::from(photon), &arm);
+        let sample = join::sample(pass, Technique::PointPoint, Label::Medium, arms, &scattering, kernel);
+        if let Some(sample) = sample {
+            let light = photon.place.position();
+            record(&sample, Meeting { path: photon.path, light, camera: collision.p });
+        }
+    });
+}

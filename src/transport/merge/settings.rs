@@ -1,0 +1,152 @@
+//! What a user can say about merges, and what that comes to in a scene.
+
+use super::kernel::Kernel;
+use crate::error::{Error, Result};
+use crate::transport::technique::{Technique, TechniqueSet};
+use serde::{Deserialize, Serialize};
+
+/// Techniques that merge, in the order in which [`MergeSettings::of`] has them.
+pub const MERGES: [Technique; 5] = [
+    Technique::Surface,
+    Technique::PointPoint,
+    Technique::PointBeam,
+    Technique::BeamPoint,
+    Technique::BeamBeam,
+];
+
+/// A kernel's radius in the first iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Radius {
+    /// Chosen from the scene.
+    #[default]
+    Auto,
+    /// In metres.
+    Absolute(f32),
+    /// In radii of the sphere about the scene.
+    Scene(f32),
+    /// In mean footprints of a pixel at what it sees first.
+    Footprint(f32),
+}
+
+/// How many light subpaths of an iteration a technique uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PathCount {
+    /// Chosen from the scene.
+    #[default]
+    Auto,
+    /// So many.
+    Absolute(u64),
+    /// So many a pixel of the full frame.
+    PerPixel(f32),
+}
+
+/// How long beams are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Beams {
+    /// Up to the sampled collision.
+    Short,
+    /// The whole ray up to the first surface, weighted by transmittance.
+    Long,
+}
+
+/// What a user says about one technique.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gather {
+    /// In the first iteration.
+    pub radius: Radius,
+    /// The radius shrinks from iteration to iteration so that the kernel's measure falls as i^(α − 1); 1 keeps it.
+    pub alpha: f32,
+    /// Light subpaths that are merged with, the first of an iteration.
+    pub paths: PathCount,
+}
+
+impl Default for Gather {
+    fn default() -> Self {
+        Self { radius: Radius::Auto, alpha: 0.75, paths: PathCount::Auto }
+    }
+}
+
+/// What a user says about merges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MergeSettings {
+    /// By technique, in the order of [`MERGES`].
+    pub of: [Gather; 5],
+    /// Of all techniques.
+    pub kernel: Kernel,
+    /// Of light subpaths.
+    pub photon_beams: Beams,
+    /// Of camera subpaths.
+    pub camera_beams: Beams,
+    /// Whether camera subpaths end at their first vertex that is not specular, as in earlier work, and each path has
+    /// a single place to be merged at.
+    pub first: bool,
+}
+
+impl Default for MergeSettings {
+    fn default() -> Self {
+        Self {
+            of: [Gather::default(); 5],
+            kernel: Kernel::Constant,
+            photon_beams: Beams::Short,
+            camera_beams: Beams::Long,
+            first: false,
+        }
+    }
+}
+
+/// The position of a technique in [`MERGES`].
+pub fn place_of(technique: Technique) -> Option<usize> {
+    MERGES.iter().position(|t| *t == technique)
+}
+
+impl MergeSettings {
+    /// What is said of a technique.
+    ///
+    /// # Panics
+    /// For a technique that does not merge.
+    pub fn of(&self, technique: Technique) -> &Gather {
+        &self.of[place_of(technique).expect("a merge")]
+    }
+
+    /// # Errors
+    /// Numbers that make no sense, or a set that cannot do what is asked.
+    pub fn validate(&self, techniques: TechniqueSet) -> Result<()> {
+        for technique in MERGES {
+            let Gather { radius, alpha, paths } = *self.of(technique);
+            let key = technique.info().key;
+            if let Radius::Absolute(r) | Radius::Scene(r) | Radius::Footprint(r) = radius
+                && !(r.is_finite() && r > 0.0)
+            {
+                return Err(Error::usage(format!("the radius of {key} is {r}: it must be above 0")));
+            }
+            if !(alpha > 0.0 && alpha <= 1.0) {
+                return Err(Error::usage(format!(
+                    "alpha of {key} is {alpha}: it must be above 0 and at most 1"
+                )));
+            }
+            let none = match paths {
+                PathCount::Auto => false,
+                PathCount::Absolute(n) => n == 0,
+                PathCount::PerPixel(n) => !(n.is_finite() && n > 0.0),
+            };
+            if none {
+                return Err(Error::usage(format!("the number of light paths of {key} must be above 0")));
+            }
+        }
+        let connects = [Technique::NextEvent, Technique::Connect, Technique::Lens]
+            .into_iter()
+            .find(|t| techniques.has(*t));
+        if self.first
+            && let Some(technique) = connects
+        {
+            return Err(Error::usage(format!(
+                "camera subpaths shall end at their first vertex that is not specular: {} cannot be weighted then",
+                technique.info().key
+            )));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! An iteration's constants: what walks and merges share, and weights and estimators both read.
+
+use super::merge::{Beams, Gathers, MERGES, place_of};
+use super::mis::{Merges, Pending};
+use super::settings::Settings;
+use super::technique::Technique;
+use crate::bsdf::Mode;
+use crate::math::Rgb;
+use crate::medium::Passage;
+
+/// The constants of an iteration.
+#[derive(Clone, Copy, Debug)]
+pub struct Pass {
+    /// What was asked for.
+    pub settings: Settings,
+    /// Number of the iteration.
+    pub iteration: u64,
+    /// Radii and counts of this iteration.
+    pub gathers: Gathers,
+    /// M_i,v without what depends on the vertex, raised.
+    pub merges: Merges,
+    /// Light subpaths of an iteration that are connected to the lens or to a partner: as many as pixels.
+    pub partners: u64,
+    /// Whether some technique that is on has a beam.
+    pub beams: bool,
+    /// Whether some technique that is on has a camera beam.
+    pub camera_beams: bool,
+}
+
+impl Pass {
+    /// Of iteration `iteration`, in which each technique gathers as `gathers` says.
+    pub fn new(settings: Settings, iteration: u64, gathers: Gathers, partners: u64) -> Self {
+        let on = |t| settings.techniques.has(t);
+        let raise = |t: Technique| {
+            let place = place_of(t).expect("a merge");
+            if on(t) { settings.heuristic.raise(gathers.of[place].density(t)) } else { 0.0 }
+        };
+        let [surface, point_point, point_beam, beam_point, beam_beam] = MERGES.map(raise);
+        let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
+        let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
+        let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
+        Self { settings, iteration, gathers, merges, partners, beams, camera_beams }
+    }
+
+    /// A density or count as it enters a weight.
+    #[inline]
+    pub fn raise(&self, x: f32) -> f32 {
+        self.settings.heuristic.raise(x)
+    }
+
+    /// Whether a technique is on.
+    #[inline]
+    pub fn on(&self, technique: Technique) -> bool {
+        self.settings.techniques.has(technique)
+    }
+
+    /// How long the beams of a walk in `mode` are.
+    #[inline]
+    pub fn beams_of(&self, mode: Mode) -> Beams {
+        match mode {
+            Mode::Importance => self.settings.merging.photon_beams,
+            Mode::Radiance => self.settings.merging.camera_beams,
+        }
+    }
+
+    /// Light subpaths that merges use.
+    pub fn merged_paths(&self) -> u64 {
+        MERGES.into_iter().filter(|t| self.on(*t)).map(|t| self.gathers.of(t).paths).max().unwrap_or(0)
+    }
+
+    /// b(T) of an edge that a walk in `mode` samples, raised: 1/T of long beams, P/T of short ones, where `density` is
+    /// T, the free-flight density at the collision that the edge ends in.
+    #[inline]
+    pub fn beam(&self, mode: Mode, passage: &Passage, density: f32) -> f32 {
+        if !self.beams || density <= 0.0 {
+            return 0.0;
+        }
+        match self.beams_of(mode) {
+            Beams::Long => self.raise(1.0 / density),
+            Beams::Short => self.raise(passage.density(Rgb::ONE) / density),
+        }
+    }
+
+    /// M_i at a collision as a walk in `mode` knows it: `own` is b of the edge that it came by, raised, and `sine` that
+    /// of the angle between both edges.
+    #[inline]
+    pub fn merges_at_collision(&self, mode: Mode, own: f32, sine: f32) -> Pending {
+        let sine = if self.merges.beam_beam > 0.0 { self.raise(sine) } else { 0.0 };
+        match mode {
+            Mode::Importance => self.merges.from_light(own, sine),
+            Mode::Radiance => self.merges.from_camera(own, sine),
+        }
+    }
+}
+
+/// The mode of the other subpath.
+#[inline]
+pub fn other(mode: Mode) -> Mode {
+    match mode {
+        Mode::Importance => Mode::Radiance,
+        Mode::Radiance => Mode::Importance,
+    }
+}
