@@ -9,6 +9,9 @@ use std::path::Path;
 use tyndall::film::{Film, Sample};
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
+use tyndall::transport::merge::Gathers;
+use tyndall::transport::merge::photons::Stored;
+use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};
 
@@ -39,34 +42,37 @@ fn settings(techniques: TechniqueSet) -> Settings {
 /// Camera subpaths of all pixels, each with its partner if there are any; how many samples they made.
 fn camera_paths(scene: &Scene, settings: &Settings, partners: &Partners) -> u64 {
     let mut sink = Counter::default();
+    let pass = pass(settings);
     for i in 0..SIZE * SIZE {
         let pixel = UVec2::new(i % SIZE, i / SIZE);
-        camera_path::trace(scene, settings, 0, pixel, partners.of(i as usize), &mut sink);
+        let partners = camera_path::Partners { vertices: partners.of(i as usize), photons: None };
+        camera_path::trace(scene, &pass, pixel, partners, &mut sink);
     }
     sink.samples
 }
 
+/// The constants of an iteration without merges.
+fn pass(settings: &Settings) -> Pass {
+    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE))
+}
+
 /// Stored light vertices, by subpath.
 #[derive(Default)]
-struct Partners {
-    vertices: Vec<tyndall::transport::walk::Vertex>,
-    ends: Vec<usize>,
-}
+struct Partners(Stored);
 
 impl Partners {
     fn trace(&mut self, scene: &Scene, settings: &Settings) -> usize {
-        self.vertices.clear();
-        self.ends.clear();
+        let pass = pass(settings);
+        self.0.clear(0);
         for i in 0..u64::from(SIZE * SIZE) {
-            light_path::trace(scene, settings, 0, i, &mut self.vertices, &mut Counter::default());
-            self.ends.push(self.vertices.len());
+            light_path::trace(scene, &pass, i, &mut self.0, &mut Counter::default());
+            self.0.end_path();
         }
-        self.vertices.len()
+        self.0.vertices.len()
     }
 
     fn of(&self, path: usize) -> &[tyndall::transport::walk::Vertex] {
-        let Some(end) = self.ends.get(path) else { return &[] };
-        &self.vertices[if path == 0 { 0 } else { self.ends[path - 1] }..*end]
+        if self.0.vertices.is_empty() { &[] } else { self.0.path(path) }
     }
 }
 

@@ -204,6 +204,11 @@ impl TechniqueSet {
         (1..1u32 << Technique::COUNT).map(Self)
     }
 
+    /// Every connection: what needs no other light subpath than a partner.
+    pub fn of_connections() -> Self {
+        Self(Technique::all().filter(|t| !MERGES.contains(t)).fold(0, |bits, t| bits | 1 << t.index()))
+    }
+
     /// Every set of connections that is not empty.
     pub fn connections() -> impl Iterator<Item = Self> {
         Self::subsets().filter(|s| !s.merges())

@@ -10,7 +10,7 @@ use tyndall::transport::{Heuristic, Settings, TechniqueSet};
 fn the_furnace_is_one_for_every_set() {
     let scene = scenes::load("furnace");
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
-        for techniques in TechniqueSet::subsets() {
+        for techniques in TechniqueSet::connections() {
             let expected = furnace_radiance(techniques, 10);
             let settings = Settings { heuristic, max_length: 10, ..Settings::new(techniques) };
             let means = Means::of(&runs(&scene, &settings, 16, 96));

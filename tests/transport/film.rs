@@ -1,5 +1,6 @@
 //! The film against sums made here, sample by sample, from single subpaths: which pixel, which partner, which layer.
 
+use crate::collect::pass;
 use crate::measure::render;
 use crate::scenes;
 use glam::UVec2;
@@ -7,6 +8,8 @@ use std::collections::HashMap;
 use tyndall::film::{Film, Image, ImageKind, Sample};
 use tyndall::math::Rgb;
 use tyndall::scene::Scene;
+use tyndall::transport::camera_path::Partners;
+use tyndall::transport::merge::photons::Stored;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Layers, Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};
 
@@ -74,9 +77,11 @@ fn expect(scene: &Scene, settings: &Settings) -> Expected {
         for index in 0..SIZE[0] * SIZE[1] {
             let pixel = UVec2::new(index % SIZE[0], index / SIZE[0]);
             let mut falls = Falls { pixel, samples: Vec::new() };
-            let mut store = Vec::new();
-            light_path::trace(scene, settings, iteration, index.into(), &mut store, &mut falls);
-            camera_path::trace(scene, settings, iteration, pixel, &store, &mut falls);
+            let mut store = Stored::default();
+            let pass = pass(scene, settings, iteration);
+            light_path::trace(scene, &pass, index.into(), &mut store, &mut falls);
+            let partners = Partners { vertices: &store.vertices, photons: None };
+            camera_path::trace(scene, &pass, pixel, partners, &mut falls);
             for (pixel, sample) in &falls.samples {
                 expected.add(*pixel, sample);
             }
@@ -116,7 +121,7 @@ fn the_film_holds_what_the_subpaths_made() {
         seed: 3,
         layers: Layers::All,
         pyramid: 6,
-        ..Settings::new(TechniqueSet::all())
+        ..Settings::new(TechniqueSet::of_connections())
     };
     let film = render(&scene, &settings, ITERATIONS);
     let expected = expect(&scene, &settings);
@@ -139,15 +144,15 @@ fn the_film_holds_what_the_subpaths_made() {
 #[test]
 fn an_iteration_says_what_it_did() {
     let scene = scene();
-    let settings = Settings { max_length: 6, ..Settings::new(TechniqueSet::all()) };
+    let settings = Settings { max_length: 6, ..Settings::new(TechniqueSet::of_connections()) };
     let mut film = Film::new(&scene.camera, &settings);
     let stats = Renderer::new(&scene, settings).expect("sensible").iteration(7, &mut film);
     let mut vertices = 0;
     for index in 0..SIZE[0] * SIZE[1] {
         let mut falls = Falls { pixel: UVec2::ZERO, samples: Vec::new() };
-        let mut store = Vec::new();
-        light_path::trace(&scene, &settings, 7, index.into(), &mut store, &mut falls);
-        vertices += store.len() as u64;
+        let mut store = Stored::default();
+        light_path::trace(&scene, &pass(&scene, &settings, 7), index.into(), &mut store, &mut falls);
+        vertices += store.vertices.len() as u64;
     }
     assert_eq!(stats.light_paths, u64::from(SIZE[0] * SIZE[1]), "those of the full frame");
     assert_eq!(stats.camera_paths, pixels() as u64, "those of the crop window");
@@ -158,7 +163,7 @@ fn an_iteration_says_what_it_did() {
 #[test]
 fn what_is_not_finite_is_counted() {
     let scene = scene();
-    let settings = Settings { layers: Layers::Families, ..Settings::new(TechniqueSet::all()) };
+    let settings = Settings { layers: Layers::Families, ..Settings::new(TechniqueSet::of_connections()) };
     let mut film = Film::new(&scene.camera, &settings);
     let sample = |technique, red: f32, weight| Sample {
         technique,
@@ -177,7 +182,7 @@ fn what_is_not_finite_is_counted() {
     });
     film.end_iteration();
     let count = |t: Technique| film.dropped().0[t.index()];
-    assert_eq!(Technique::all().map(count).collect::<Vec<_>>(), [0, 2, 0, 1]);
+    assert_eq!(Technique::all().map(count).collect::<Vec<_>>(), [0, 2, 0, 1, 0, 0, 0, 0, 0]);
     assert_eq!(film.dropped().total(), 3);
     let sum: [f32; 3] =
         film.image().pixels.iter().fold([0.0; 3], |a, p| [a[0] + p[0], a[1] + p[1], a[2] + p[2]]);

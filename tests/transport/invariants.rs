@@ -7,7 +7,7 @@ use tyndall::transport::expression::Expression;
 use tyndall::transport::{Layers, Renderer, Settings, TechniqueSet};
 
 fn bpt() -> Settings {
-    Settings { max_length: 8, ..Settings::new(TechniqueSet::all()) }
+    Settings { max_length: 8, ..Settings::new(TechniqueSet::of_connections()) }
 }
 
 fn bits(film: &Film) -> Vec<u32> {

@@ -20,6 +20,7 @@ mod media_furnace;
 mod media_invariants;
 mod media_scattering;
 mod media_slabs;
+mod merges;
 mod oracle;
 mod our_scenes;
 mod radiative;

@@ -5,14 +5,16 @@
 //! weight code. Which media an edge crosses it finds out from points on the edge, where the renderer counts crossings.
 
 use glam::{DVec3, Vec2, Vec3A};
+use std::f64::consts::PI;
 use tyndall::bsdf::{Mode, Site};
 use tyndall::geometry::{Ray, SurfacePoint, offset_origin};
 use tyndall::light::LightPoint;
 use tyndall::math::Frame;
 use tyndall::scene::{Collision, Scene};
-use tyndall::transport::light_path::LIGHT_PATHS_A_PIXEL;
+use tyndall::transport::Technique;
+use tyndall::transport::merge::{Beams, MERGES};
+use tyndall::transport::pass::Pass;
 use tyndall::transport::walk::Place;
-use tyndall::transport::{Settings, Technique};
 
 /// A whole path: x_0 on a light, `interior` between, the last vertex on the lens.
 #[derive(Clone, Debug)]
@@ -21,6 +23,17 @@ pub struct FullPath {
     /// x_1 … x_{k-1}.
     pub interior: Vec<Place>,
     pub lens: Vec3A,
+    /// Where the subpaths were merged: i, and x_i on the light subpath. `interior` has the one on the camera subpath.
+    pub merged: Option<(usize, Place)>,
+}
+
+/// Which of a path's techniques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MadeBy {
+    /// The connection with so many light vertices.
+    Connection(usize),
+    /// A merge at this vertex.
+    Merge(Technique, usize),
 }
 
 /// What the oracle says of a path.
@@ -30,6 +43,8 @@ pub struct Verdict {
     pub contribution: DVec3,
     /// Density of technique s, times its number of samples, for s = 0 … k; 0 where it is off or impossible.
     pub densities: Vec<f64>,
+    /// The same of each merge that is on and possible, with its vertex.
+    pub merges: Vec<(Technique, usize, f64)>,
     /// p_i, r_i and c_i, i = 0 … k.
     pub p: Vec<f64>,
     pub r: Vec<f64>,
@@ -37,12 +52,29 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The weight of technique s under the power heuristic with exponent `beta`.
-    pub fn weight(&self, s: usize, beta: f64) -> f64 {
+    /// Density of a technique, times its number of samples.
+    pub fn density(&self, made_by: MadeBy) -> f64 {
+        match made_by {
+            MadeBy::Connection(s) => self.densities[s],
+            MadeBy::Merge(technique, i) => {
+                let found = self.merges.iter().find(|(t, vertex, _)| (*t, *vertex) == (technique, i));
+                found.map_or(0.0, |(_, _, density)| *density)
+            }
+        }
+    }
+
+    /// All techniques with a density.
+    pub fn techniques(&self) -> impl Iterator<Item = MadeBy> + '_ {
+        let merges = self.merges.iter().map(|(t, i, _)| MadeBy::Merge(*t, *i));
+        (0..self.densities.len()).map(MadeBy::Connection).chain(merges)
+    }
+
+    /// The weight of a technique under the power heuristic with exponent `beta`.
+    pub fn weight(&self, made_by: MadeBy, beta: f64) -> f64 {
         // Scaled by the largest, so that nothing overflows.
-        let largest = self.densities.iter().copied().fold(0.0, f64::max);
-        let power = |d: f64| (d / largest).powf(beta);
-        power(self.densities[s]) / self.densities.iter().map(|d| power(*d)).sum::<f64>()
+        let largest = self.techniques().map(|t| self.density(t)).fold(0.0, f64::max);
+        let power = |t: MadeBy| (self.density(t) / largest).powf(beta);
+        power(made_by) / self.techniques().map(power).sum::<f64>()
     }
 }
 
@@ -78,16 +110,22 @@ impl FullPath {
         if i == 0 && scene.lights.is_infinite(&self.light) {
             return -d(self.light.n);
         }
-        (self.position(i + 1) - self.position(i)).normalize()
+        (self.position(i + 1, i) - self.position(i, i)).normalize()
     }
 
-    fn position(&self, i: usize) -> DVec3 {
-        if i == 0 {
-            d(self.light.p)
-        } else if i == self.segments() {
-            d(self.lens)
-        } else {
-            d(self.interior[i - 1].position())
+    /// Interior vertex i, as the end of the edge x_edge … x_{edge+1}.
+    fn place(&self, i: usize, edge: usize) -> Option<&Place> {
+        match &self.merged {
+            Some((merged, light)) if *merged == i && edge + 1 == i => Some(light),
+            _ => i.checked_sub(1).and_then(|i| self.interior.get(i)),
+        }
+    }
+
+    fn position(&self, i: usize, edge: usize) -> DVec3 {
+        match self.place(i, edge) {
+            Some(place) => d(place.position()),
+            None if i == 0 => d(self.light.p),
+            None => d(self.lens),
         }
     }
 
@@ -96,27 +134,24 @@ impl FullPath {
         if i == 0 && scene.lights.is_infinite(&self.light) {
             1.0
         } else {
-            1.0 / self.position(i).distance_squared(self.position(i + 1))
+            1.0 / self.position(i, i).distance_squared(self.position(i + 1, i))
         }
     }
 
-    /// D of vertex i toward the unit direction `w`.
-    fn cosine(&self, scene: &Scene, i: usize, w: DVec3) -> f64 {
-        if i == 0 {
-            f64::from(scene.lights.cos_at_light(&self.light, w.as_vec3a()))
-        } else if i == self.segments() {
-            1.0
-        } else {
-            match &self.interior[i - 1] {
-                Place::Surface(point) => d(point.ng).dot(w).abs(),
-                Place::Medium(_) => 1.0,
-            }
+    /// D of vertex i along the edge that it is an end of.
+    fn cosine(&self, scene: &Scene, i: usize, edge: usize) -> f64 {
+        let w = self.direction(scene, edge);
+        match self.place(i, edge) {
+            Some(Place::Surface(point)) => d(point.ng).dot(w).abs(),
+            Some(Place::Medium(_)) => 1.0,
+            None if i == 0 => f64::from(scene.lights.cos_at_light(&self.light, w.as_vec3a())),
+            None => 1.0,
         }
     }
 
     /// σ_t of vertex i in a medium; 1 of any other.
-    fn rate(&self, i: usize) -> DVec3 {
-        match i.checked_sub(1).and_then(|i| self.interior.get(i)) {
+    fn rate(&self, i: usize, edge: usize) -> DVec3 {
+        match self.place(i, edge) {
             Some(Place::Medium(collision)) => d(collision.coefficients.sigma_t),
             _ => DVec3::ONE,
         }
@@ -126,12 +161,12 @@ impl FullPath {
     fn depths(&self, scene: &Scene, i: usize) -> (DVec3, DVec3) {
         let infinite = i == 0 && scene.lights.is_infinite(&self.light);
         // From x_{i+1} to x_i.
-        let start = self.position(i + 1);
+        let start = self.position(i + 1, i);
         let dir = -self.direction(scene, i);
-        let length = if infinite { f64::INFINITY } else { start.distance(self.position(i)) };
+        let length = if infinite { f64::INFINITY } else { start.distance(self.position(i, i)) };
         // Where boundaries cut it: whether they matter or not, the points between say what is there.
         let mut cuts = vec![0.0];
-        let mut ray = match self.interior.get(i) {
+        let mut ray = match self.place(i + 1, i) {
             Some(place) => place.spawn(dir.as_vec3a()),
             None => Ray::new(self.lens, dir.as_vec3a()),
         };
@@ -211,22 +246,25 @@ fn on_surface(scene: &Scene, point: &SurfacePoint, wl: Vec3A, wc: Vec3A, end: bo
     }
 }
 
-/// Judges `path`, which the technique with `made_by` light vertices has made.
-pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize) -> Verdict {
+/// Judges `path`, which the technique `made_by` has made.
+pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Verdict {
     let k = path.segments();
     let lights = &scene.lights;
-    let on = |t| settings.techniques.has(t);
+    let on = |t| pass.settings.techniques.has(t);
     // Vertices where the subpaths were joined were not sampled by a specular lobe.
-    let interior: Vec<Option<Interior>> = (0..=k)
-        .map(|i| (1..k).contains(&i).then(|| path.interior(scene, i, i + 1 == made_by || i == made_by)))
-        .collect();
+    let joined = |i: usize| match made_by {
+        MadeBy::Connection(s) => i + 1 == s || i == s,
+        MadeBy::Merge(_, at) => i == at,
+    };
+    let interior: Vec<Option<Interior>> =
+        (0..=k).map(|i| (1..k).contains(&i).then(|| path.interior(scene, i, joined(i)))).collect();
     let at = |i: usize| interior[i].expect("an interior vertex");
     let out = path.direction(scene, 0).as_vec3a();
     let lens_dir = -path.direction(scene, k - 1).as_vec3a();
 
     let depths: Vec<(DVec3, DVec3)> = (0..k).map(|i| path.depths(scene, i)).collect();
     // The free-flight factor of an edge as sampled so that it ends in vertex `end`: one of three channels is drawn from.
-    let flight = |edge: usize, end: usize| path.rate(end).dot((-depths[edge].1).exp()) / 3.0;
+    let flight = |edge: usize, end: usize| path.rate(end, edge).dot((-depths[edge].1).exp()) / 3.0;
 
     let mut p = vec![0.0; k + 1];
     let mut r = vec![0.0; k + 1];
@@ -235,8 +273,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
     for i in 1..=k {
         let leaving =
             if i == 1 { f64::from(lights.pdf_direction(&path.light, out)) } else { at(i - 1).light };
-        let w = path.direction(scene, i - 1);
-        p[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i - 1) * flight(i - 1, i);
+        p[i] = leaving * path.cosine(scene, i, i - 1) * path.falloff(scene, i - 1) * flight(i - 1, i);
     }
     for i in 0..k {
         let leaving = if i + 1 == k {
@@ -244,8 +281,7 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
         } else {
             at(i + 1).camera
         };
-        let w = path.direction(scene, i);
-        r[i] = leaving * path.cosine(scene, i, w) * path.falloff(scene, i) * flight(i, i);
+        r[i] = leaving * path.cosine(scene, i, i) * path.falloff(scene, i) * flight(i, i);
     }
 
     let specular = |i: usize| (1..k).contains(&i) && at(i).specular;
@@ -258,9 +294,9 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
             if on(Technique::Hit) && lights.is_hittable(&path.light) { 1.0 } else { 0.0 }
         } else if s == k {
             let seen = k > 1 || lights.is_hittable(&path.light);
-            if on(Technique::Lens) && seen { f64::from(LIGHT_PATHS_A_PIXEL) } else { 0.0 }
+            if on(Technique::Lens) && seen { 1.0 } else { 0.0 }
         } else if s == 1 {
-            let x1 = path.interior[0].position();
+            let x1 = path.position(1, 0).as_vec3a();
             let toward = f64::from(lights.pdf_toward(&scene.geometry, &path.light, x1));
             if on(Technique::NextEvent) { toward / p[0] } else { 0.0 }
         } else if on(Technique::Connect) {
@@ -269,6 +305,38 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
             0.0
         };
     }
+    let merging = &pass.settings.merging;
+    // Where camera subpaths end at their first vertex that is not specular, only that one can be merged at, and lights
+    // are hit by way of Diracs alone.
+    let first = (1..k).rev().find(|i| !specular(*i)).unwrap_or(0);
+    if merging.first && first > 0 {
+        c.fill(0.0);
+    }
+    let mut merges = Vec::new();
+    for i in (1..k).filter(|i| !specular(*i) && (!merging.first || *i == first)) {
+        // b of the edge from the light's side, and from the camera's.
+        let b = |kind: Beams, edge: usize| {
+            let got_so_far = (-depths[edge].1).exp().element_sum() / 3.0;
+            (if kind == Beams::Long { 1.0 } else { got_so_far }) / flight(edge, i)
+        };
+        let (light, camera) = (b(merging.photon_beams, i - 1), b(merging.camera_beams, i));
+        let sine = path.direction(scene, i - 1).cross(path.direction(scene, i)).length();
+        let in_medium = matches!(path.place(i, i), Some(Place::Medium(_)));
+        for technique in MERGES.into_iter().filter(|t| on(*t)) {
+            let gather = pass.gathers.of(technique);
+            let (n, r0) = (gather.paths as f64, f64::from(gather.radius));
+            let m = match technique {
+                Technique::Surface if !in_medium => n * PI * r0 * r0,
+                Technique::PointPoint if in_medium => n * 4.0 / 3.0 * PI * r0.powi(3),
+                Technique::PointBeam if in_medium => n * PI * r0 * r0 * camera,
+                Technique::BeamPoint if in_medium => n * PI * r0 * r0 * light,
+                Technique::BeamBeam if in_medium => n * 2.0 * r0 * sine * light * camera,
+                _ => continue,
+            };
+            let density = p[..=i].iter().product::<f64>() * r[i..].iter().product::<f64>() * m;
+            merges.push((technique, i, density));
+        }
+    }
     let densities =
         (0..=k).map(|s| c[s] * p[..s].iter().product::<f64>() * r[s..].iter().product::<f64>()).collect();
 
@@ -276,13 +344,12 @@ pub fn judge(scene: &Scene, settings: &Settings, path: &FullPath, made_by: usize
     // at the lens is the camera's density (its r_k, 1 here, takes the place of 1 / lens area).
     let mut contribution = d(lights.emitted(&path.light, out));
     for i in 0..k {
-        let w = path.direction(scene, i);
-        contribution *= path.cosine(scene, i, w) * path.cosine(scene, i + 1, w) * path.falloff(scene, i);
+        contribution *= path.cosine(scene, i, i) * path.cosine(scene, i + 1, i) * path.falloff(scene, i);
         contribution *= (-depths[i].0).exp();
     }
     for i in 1..k {
         contribution *= at(i).value;
     }
     contribution *= f64::from(scene.camera.pdf_direction(path.lens, lens_dir));
-    Verdict { contribution, densities, p, r, c }
+    Verdict { contribution, densities, merges, p, r, c }
 }

@@ -1,7 +1,7 @@
 //! The oracle on paths that the few samples of `weights` seldom hold: over shading normals far from the real ones, and
 //! through Diracs to a light.
 
-use crate::collect::{Traced, trace_pixel};
+use crate::collect::{Traced, pass, trace_pixel};
 use crate::oracle::judge;
 use crate::scenes;
 use glam::UVec2;
@@ -72,8 +72,12 @@ fn weights_and_contributions_of_rare_paths_are_the_oracles() {
     for name in ["bent", "glass"] {
         let scene = scenes::load(name);
         for (beta, heuristic) in [(1.0, Heuristic::Balance), (2.0, Heuristic::Power(2.0))] {
-            let settings =
-                Settings { heuristic, max_length: 7, seed: 31, ..Settings::new(TechniqueSet::all()) };
+            let settings = Settings {
+                heuristic,
+                max_length: 7,
+                seed: 31,
+                ..Settings::new(TechniqueSet::of_connections())
+            };
             let size = scene.camera.size();
             for index in 0..24 * size.x * size.y {
                 let (iteration, pixel) = (index / (size.x * size.y), index % (size.x * size.y));
@@ -82,13 +86,14 @@ fn weights_and_contributions_of_rare_paths_are_the_oracles() {
                     if !clear(&scene, &traced) {
                         continue;
                     }
-                    let (sample, s) = (&traced.sample, traced.sample.s as usize);
-                    let verdict = judge(&scene, &settings, &traced.path, s);
+                    let sample = &traced.sample;
+                    let pass = pass(&scene, &settings, iteration.into());
+                    let verdict = judge(&scene, &pass, &traced.path, traced.made_by());
                     let what = || format!("{name} {sample:?}\n{verdict:?}\n{:?}", traced.path);
-                    let weight = verdict.weight(s, beta);
+                    let weight = verdict.weight(traced.made_by(), beta);
                     let difference = (f64::from(sample.weight) - weight).abs();
                     assert!(difference <= TOLERANCE * weight, "weight {weight}: {}", what());
-                    let expected = verdict.contribution / verdict.densities[s];
+                    let expected = verdict.contribution / verdict.density(traced.made_by());
                     let difference = (sample.contribution.as_dvec3() - expected).abs().max_element();
                     assert!(
                         difference <= TOLERANCE * expected.max_element(),

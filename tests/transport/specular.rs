@@ -14,6 +14,8 @@ use tyndall::geometry::{ShapeDesc, SurfacePoint};
 use tyndall::scene::Scene;
 use tyndall::scene::file::source::Source;
 use tyndall::texture::Texture;
+use tyndall::transport::camera_path::Partners;
+use tyndall::transport::merge::photons::Stored;
 use tyndall::transport::sink::{Joint, Sink, Start};
 use tyndall::transport::walk::Vertex;
 use tyndall::transport::{Settings, Technique, TechniqueSet, camera_path, light_path};
@@ -290,14 +292,15 @@ fn check_walks(name: &str, scene: &Scene, light: bool, seen: &mut Checked) {
     let settings = Settings { max_length: 8, seed: 5, ..Settings::new(TechniqueSet::of(&[technique])) };
     let size = scene.camera.size();
     for iteration in 0..8 {
+        let pass = crate::collect::pass(scene, &settings, iteration);
         for index in 0..size.x * size.y {
             let mut subpath = Subpath::default();
             if light {
-                let mut store = Vec::new();
-                light_path::trace(scene, &settings, iteration, index.into(), &mut store, &mut subpath);
+                let mut store = Stored::default();
+                light_path::trace(scene, &pass, index.into(), &mut store, &mut subpath);
             } else {
                 let pixel = UVec2::new(index % size.x, index / size.x);
-                camera_path::trace(scene, &settings, iteration, pixel, &[], &mut subpath);
+                camera_path::trace(scene, &pass, pixel, Partners::NONE, &mut subpath);
             }
             let (a, density, leave, rest) = if light {
                 let Some(x0) = subpath.light else { continue };

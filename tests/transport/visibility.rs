@@ -9,7 +9,7 @@ use tyndall::scene::Scene;
 use tyndall::transport::{Settings, Technique, TechniqueSet};
 
 fn paths(scene: &Scene, iterations: u64) -> impl Iterator<Item = Traced> {
-    let settings = Settings { max_length: 6, seed: 21, ..Settings::new(TechniqueSet::all()) };
+    let settings = Settings { max_length: 6, seed: 21, ..Settings::new(TechniqueSet::of_connections()) };
     let size = scene.camera.size();
     (0..iterations).flat_map(move |iteration| {
         (0..size.x * size.y)

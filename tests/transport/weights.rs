@@ -1,11 +1,11 @@
 //! Rung 2: the renderer's weights and contributions are those of the oracle, for paths that it really sampled.
 
-use crate::collect::trace_pixel;
+use crate::collect::{pass, trace_pixel};
 use crate::oracle::{Verdict, judge};
 use crate::scenes;
 use glam::UVec2;
 use tyndall::scene::Scene;
-use tyndall::transport::mis::{Link, connection_weight};
+use tyndall::transport::mis::{Link, Pending, connection_weight};
 use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
 /// Largest relative difference that f32 arithmetic explains.
@@ -26,7 +26,7 @@ fn recursion(verdict: &Verdict, s: usize, heuristic: Heuristic) -> f64 {
         let mut total = 0.0;
         let mut link = Link { density: 1.0, behind: 0.0, count: 0.0 };
         for i in 0..own.len() {
-            let sum = if i == 0 { 0.0 } else { link.leave(false, 0.0, 1.0) };
+            let sum = if i == 0 { 0.0 } else { link.leave(false, Pending::NONE, 1.0).known };
             let geometry = if i == 0 { 0.0 } else { raise(other[i - 1]) };
             link = Link::next(raise(own[i]), sum, geometry, raise(counts[i]));
             total = link.close(0.0, 1.0, raise(other[i]));
@@ -55,18 +55,19 @@ fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) -> See
     let mut seen = Seen { samples: 0, by_technique: [0; Technique::COUNT] };
     let size = scene.camera.size();
     for iteration in 0..iterations {
+        let pass = pass(scene, settings, iteration);
         for y in (0..size.y).step_by(3) {
             for x in (0..size.x).step_by(3) {
                 for traced in trace_pixel(scene, settings, iteration, UVec2::new(x, y)) {
                     let sample = &traced.sample;
                     let s = sample.s as usize;
-                    let verdict = judge(scene, settings, &traced.path, s);
+                    let verdict = judge(scene, &pass, &traced.path, traced.made_by());
                     let what = || {
                         format!("{name} {} {:?}\n{verdict:?}\n{:?}", settings.techniques, sample, traced.path)
                     };
-                    let sum: f64 = (0..verdict.p.len()).map(|s| verdict.weight(s, beta)).sum();
+                    let sum: f64 = verdict.techniques().map(|t| verdict.weight(t, beta)).sum();
                     assert!((sum - 1.0).abs() < 1e-9, "weights sum to {sum}: {}", what());
-                    let weight = verdict.weight(s, beta);
+                    let weight = verdict.weight(traced.made_by(), beta);
                     let difference = (f64::from(sample.weight) - weight).abs();
                     assert!(difference <= TOLERANCE_F32 * weight, "weight {weight}: {}", what());
                     let recursive = recursion(&verdict, s, settings.heuristic);
@@ -96,14 +97,14 @@ fn weights_and_contributions_are_the_oracles() {
     for (name, scene) in scenes::all() {
         let mut seen = [0; Technique::COUNT];
         for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.3)] {
-            for techniques in TechniqueSet::subsets() {
+            for techniques in TechniqueSet::connections() {
                 let result = check(name, &scene, &settings(techniques, heuristic), 1);
                 for (total, new) in seen.iter_mut().zip(result.by_technique) {
                     *total += new;
                 }
             }
         }
-        for technique in Technique::all() {
+        for technique in TechniqueSet::of_connections().iter() {
             assert!(
                 seen[technique.index()] > 0 || scenes::without(name).contains(&technique),
                 "{name} never exercised {technique:?}"
