@@ -76,6 +76,9 @@ pub struct RenderArgs {
     /// How techniques are weighted.
     #[arg(long, value_enum, default_value_t = HeuristicArg::Balance)]
     pub heuristic: HeuristicArg,
+    /// How merges are made, as in --merge bb1d.radius=0.01 or --merge 'surf.paths={per_pixel=0.5}'.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub merge: Vec<String>,
     /// Samples per pixel [default: 16].
     #[arg(long, value_name = "N", value_parser = super::parse::spp, conflicts_with = "time")]
     pub spp: Option<u64>,

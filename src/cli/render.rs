@@ -11,8 +11,9 @@ use crate::render::{Budget, Job, Observer, Outcome};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
 use crate::transport::expression::Expression;
+use crate::transport::merge::MergeDef;
 use crate::transport::settings::{Heuristic, Settings};
-use crate::transport::technique::TechniqueSet;
+use crate::transport::technique::{TechniqueSet, preset};
 use glam::UVec2;
 use std::path::{Path, PathBuf};
 
@@ -62,7 +63,7 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
 
 fn techniques(args: &RenderArgs) -> Result<TechniqueSet> {
     if args.techniques.is_empty() {
-        return TechniqueSet::parse([args.estimator.as_str()]);
+        return Ok(TechniqueSet::of(preset(&args.estimator)?.techniques));
     }
     TechniqueSet::parse(args.techniques.iter().map(String::as_str))
 }
@@ -73,6 +74,8 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
     settings.min_length = args.min_length.or(defaults.min_length).unwrap_or(settings.min_length);
     settings.max_length = args.max_length.or(defaults.max_length).unwrap_or(settings.max_length);
     settings.paths = Expression::parse(&args.paths)?;
+    let first = args.techniques.is_empty() && preset(&args.estimator)?.first;
+    settings.merging = MergeDef::parse(&args.merge)?.resolve(first);
     settings.seed = args.seed;
     settings.layers = args.layers.into();
     settings.heuristic = match args.heuristic {
@@ -80,6 +83,7 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
         HeuristicArg::Power => Heuristic::Power(2.0),
     };
     settings.validate()?;
+    settings.check_scene(scene)?;
     Ok(settings)
 }
 
@@ -87,7 +91,9 @@ fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result
     let default = || {
         let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
         let name: String = scene.name.chars().map(plain).collect();
-        PathBuf::from(format!("{name}-{}.exr", techniques.to_string().replace(',', "+")))
+        let estimator =
+            if args.techniques.is_empty() { args.estimator.clone() } else { techniques.to_string() };
+        PathBuf::from(format!("{name}-{}.exr", estimator.replace(',', "+")))
     };
     let out = args.out.clone().unwrap_or_else(default);
     match out.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
@@ -111,6 +117,9 @@ fn write(
     settings: &Settings,
     outcome: &Outcome,
 ) -> Result<()> {
+    for (key, words) in &outcome.merges {
+        eprintln!("{key}: {words}");
+    }
     let dropped = outcome.film.dropped().total();
     if dropped > 0 {
         eprintln!("warning: {dropped} contributions were not finite and were dropped");

@@ -7,7 +7,8 @@ pub fn text() -> String {
     let techniques = TECHNIQUES.iter().map(|t| [t.key, t.label, t.symbol, t.paper].map(str::to_owned));
     let presets = PRESETS.iter().map(|p| {
         let keys: Vec<&str> = p.techniques.iter().map(|t| t.info().key).collect();
-        [p.key.to_owned(), p.label.to_owned(), keys.join(",")]
+        let first = if p.first { " (camera paths end at the first vertex)" } else { "" };
+        [p.key.to_owned(), p.label.to_owned(), keys.join(",") + first]
     });
     let mut text = table(["technique", "what it is", "makes", "from"], techniques.collect());
     text.push('\n');

@@ -26,6 +26,7 @@
 //! ```
 
 use crate::scene::file::values::{Count, Number, Positive};
+use crate::transport::merge::MergeDef;
 use crate::transport::settings::Layers;
 use serde::Deserialize;
 use toml::Spanned;
@@ -155,6 +156,8 @@ pub struct EstimatorDef {
     pub techniques: Option<Spanned<Vec<String>>>,
     /// `balance` or `power`; default `balance`.
     pub heuristic: Option<HeuristicDef>,
+    /// How merges are made.
+    pub merge: Option<Spanned<MergeDef>>,
     /// The power heuristic's exponent; default 2.
     pub exponent: Option<Spanned<Positive>>,
     /// Shortest paths, in segments.

@@ -10,6 +10,7 @@ use crate::scene::RenderDefaults;
 use crate::scene::file::source::{Source, Span};
 use crate::scene::file::values::Count;
 use crate::transport::expression::Expression;
+use crate::transport::merge::{MergeDef, MergeSettings};
 use crate::transport::settings::{Heuristic, Layers, Settings};
 use crate::transport::technique::{PRESETS, TechniqueSet};
 use std::path::{Path, PathBuf};
@@ -119,6 +120,8 @@ pub struct EstimatorPlan {
     pub heuristic: Heuristic,
     /// The estimator's own.
     pub lengths: Lengths,
+    /// How merges are made.
+    pub merging: MergeSettings,
     /// Which paths count: the estimator's own, else the experiment's.
     pub paths: Expression,
     /// Which images are kept.
@@ -271,7 +274,10 @@ impl Resolver<'_> {
         let techniques = self.techniques("an estimator", spanned.span(), &def.preset, &def.techniques)?;
         let key = match &def.name {
             Some(name) => self.key(name.get_ref(), name.span())?,
-            None => techniques.to_string().replace(',', "+"),
+            None => match &def.preset {
+                Some(preset) => preset.get_ref().clone(),
+                None => techniques.to_string().replace(',', "+"),
+            },
         };
         let label = def.label.clone().unwrap_or_else(|| {
             let preset = def.preset.as_ref().filter(|_| def.name.is_none());
@@ -297,6 +303,7 @@ impl Resolver<'_> {
             color,
             techniques,
             heuristic: self.heuristic(def)?,
+            merging: self.merging(def, techniques)?,
             lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },
             paths: self.paths(&def.paths)?,
             layers: self.layers(def)?,
@@ -309,6 +316,17 @@ impl Resolver<'_> {
     fn paths(&self, said: &Option<Spanned<String>>) -> Result<Expression> {
         let Some(text) = said.as_ref().or(self.file.paths.as_ref()) else { return Ok(Expression::ALL) };
         Expression::parse(text.get_ref()).map_err(|e| self.source.error(text.span(), e.to_string()))
+    }
+
+    fn merging(&self, def: &EstimatorDef, techniques: TechniqueSet) -> Result<MergeSettings> {
+        let preset = def.preset.as_ref().and_then(|key| PRESETS.iter().find(|p| p.key == key.get_ref()));
+        let said = def.merge.as_ref().map_or_else(MergeDef::default, |d| *d.get_ref());
+        let merging = said.resolve(preset.is_some_and(|p| p.first));
+        merging.validate(techniques).map_err(|e| {
+            let span = def.merge.as_ref().map_or(0..0, Spanned::span);
+            self.source.error(span, e.to_string())
+        })?;
+        Ok(merging)
     }
 
     fn heuristic(&self, def: &EstimatorDef) -> Result<Heuristic> {
@@ -503,6 +521,7 @@ impl Plan {
     ) -> Result<Settings> {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
+        settings.merging = estimator.merging;
         settings.paths = estimator.paths;
         settings.layers = estimator.layers;
         settings.pyramid = estimator.pyramid;

@@ -38,6 +38,9 @@ pub struct Resolved {
     /// Which paths counted: a light path expression, as it was given.
     #[serde(default = "all_paths")]
     pub paths: String,
+    /// How merges are made where there are any; what they come to in a scene is in the EXR's `tyndall.merges`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub merging: Option<String>,
     /// Names the random numbers; as text, since TOML has no such large numbers.
     pub seed: String,
     /// Which images were kept.
@@ -59,6 +62,7 @@ impl Resolved {
             min_length: settings.min_length,
             max_length: settings.max_length,
             paths: settings.paths.to_string(),
+            merging: settings.techniques.merges().then(|| format!("{:?}", settings.merging)),
             seed: settings.seed.to_string(),
             layers: settings.layers,
             pyramid: settings.pyramid,
@@ -123,6 +127,15 @@ fn metadata(resolved: &Resolved, settings: &Settings, outcome: &Outcome) -> Vec<
         ("cameraPaths", outcome.camera_paths.to_string()),
         ("lightPaths", outcome.light_paths.to_string()),
         ("dropped", dropped),
+        (
+            "merges",
+            outcome
+                .merges
+                .iter()
+                .map(|(key, words)| format!("{key}: {words}"))
+                .collect::<Vec<_>>()
+                .join("; "),
+        ),
         ("partial", outcome.partial.to_string()),
     ];
     entries.into_iter().map(|(key, text)| (format!("tyndall.{key}"), text)).collect()

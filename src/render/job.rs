@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::scene::Scene;
 use crate::transport::Renderer;
+use crate::transport::merge::MERGES;
 use crate::transport::settings::Settings;
 use std::time::Instant;
 
@@ -34,6 +35,10 @@ pub struct Outcome {
     pub light_paths: u64,
     /// Vertices of light subpaths that were stored.
     pub light_vertices: u64,
+    /// Photon beams that were stored.
+    pub beams: u64,
+    /// How merges gathered in the first iteration, in words, by the technique's key; empty without merges.
+    pub merges: Vec<(&'static str, String)>,
     /// Whether it was stopped before its budget was used up.
     pub partial: bool,
 }
@@ -57,6 +62,8 @@ impl Job<'_> {
             camera_paths: 0,
             light_paths: 0,
             light_vertices: 0,
+            beams: 0,
+            merges: gathered(&renderer),
             partial: false,
         };
         while self.budget.goes_on(outcome.film.iterations(), outcome.seconds) {
@@ -70,9 +77,22 @@ impl Job<'_> {
             outcome.camera_paths += stats.camera_paths;
             outcome.light_paths += stats.light_paths;
             outcome.light_vertices += stats.light_vertices;
+            outcome.beams += stats.beams;
             observer.advance(outcome.film.iterations(), outcome.seconds);
             each(&outcome)?;
         }
         Ok(outcome)
     }
+}
+
+/// How the merges that are on gather in the first iteration.
+fn gathered(renderer: &Renderer) -> Vec<(&'static str, String)> {
+    let settings = renderer.settings();
+    let on = MERGES.into_iter().filter(|t| settings.techniques.has(*t));
+    on.map(|t| {
+        let now = renderer.gathers().of(t);
+        let alpha = settings.merging.of(t).alpha;
+        (t.info().key, format!("radius {:.4e} m, alpha {alpha}, {} light paths", now.radius, now.paths))
+    })
+    .collect()
 }

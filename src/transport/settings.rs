@@ -1,9 +1,10 @@
 //! What a render is asked for.
 
 use super::expression::Expression;
-use super::merge::MergeSettings;
+use super::merge::{MERGES, MergeSettings};
 use super::technique::{Technique, TechniqueSet};
 use crate::error::{Error, Result};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// How the densities of the techniques become weights [Veach 1997, 9.2].
@@ -94,6 +95,19 @@ impl Settings {
             )));
         }
         self.merging.validate(self.techniques)
+    }
+
+    /// # Errors
+    /// A set that can make no path in this scene: merges in media alone, where no medium scatters.
+    pub fn check_scene(&self, scene: &Scene) -> Result<()> {
+        let medium_only = self.techniques.iter().all(|t| MERGES.contains(&t) && t != Technique::Surface);
+        if medium_only && !scene.traits.scattering {
+            return Err(Error::usage(format!(
+                "nothing scatters in the media of this scene: {} can make no path in it",
+                self.techniques
+            )));
+        }
+        Ok(())
     }
 
     /// Whether light subpaths are walked at all.

@@ -163,6 +163,19 @@ pub const PRESETS: [Preset; 11] = {
     ]
 };
 
+/// A preset by its key.
+///
+/// # Errors
+/// One that is unknown; the nearest is offered.
+pub fn preset(key: &str) -> Result<&'static Preset> {
+    let known = PRESETS.iter().map(|p| p.key);
+    PRESETS.iter().find(|p| p.key == key).ok_or_else(|| {
+        let hint = nearest(key, known.clone()).map_or(String::new(), |n| format!("; did you mean '{n}'?"));
+        let known: Vec<&str> = known.collect();
+        Error::usage(format!("unknown preset '{key}'{hint} (known: {})", known.join(", ")))
+    })
+}
+
 impl Technique {
     /// Number of techniques.
     pub const COUNT: usize = TECHNIQUES.len();

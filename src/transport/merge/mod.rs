@@ -9,6 +9,7 @@
 pub mod auto;
 pub mod beam_beam;
 pub mod beam_point;
+pub mod file;
 pub mod gather;
 pub mod join;
 pub mod kernel;
@@ -18,6 +19,7 @@ pub mod point_point;
 pub mod settings;
 pub mod surface;
 
+pub use file::MergeDef;
 pub use gather::{GatherNow, Gathers};
 pub use join::Arm;
 pub use kernel::Kernel;

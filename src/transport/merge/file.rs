@@ -1,0 +1,151 @@
+//! What a user writes about merges: a table `merge` of an estimator, or `--merge KEY=VALUE` on the command line.
+
+use super::kernel::Kernel;
+use super::settings::{Beams, Gather, MergeSettings, PathCount, Radius};
+use crate::error::{Error, Result};
+use serde::Deserialize;
+
+/// `merge = { kernel, photon_beams, camera_beams, first, surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
+#[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct MergeDef {
+    /// `constant` or `epanechnikov`; default `constant`.
+    pub kernel: Option<Kernel>,
+    /// `short` or `long`; default `short`.
+    pub photon_beams: Option<Beams>,
+    /// `short` or `long`; default `long`.
+    pub camera_beams: Option<Beams>,
+    /// Whether camera subpaths end at their first vertex that is not specular; default: as the preset says.
+    pub first: Option<bool>,
+    /// Of surface merging.
+    pub surf: Option<GatherDef>,
+    /// Of P-P3D.
+    pub pp3d: Option<GatherDef>,
+    /// Of P-B2D.
+    pub pb2d: Option<GatherDef>,
+    /// Of B-P2D.
+    pub bp2d: Option<GatherDef>,
+    /// Of B-B1D.
+    pub bb1d: Option<GatherDef>,
+}
+
+/// Of one technique: `{ radius, alpha, paths }`.
+#[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct GatherDef {
+    /// In metres, or `{ scene = share of the scene's radius }`, or `{ footprint = number of pixel footprints }`; default:
+    /// chosen from the scene.
+    pub radius: Option<RadiusDef>,
+    /// Above 0, at most 1: how the kernel's measure shrinks with the iterations; default 0.75, 1 keeps it.
+    pub alpha: Option<f32>,
+    /// Light subpaths: a number, or `{ per_pixel = number }`; default: chosen from the scene.
+    pub paths: Option<PathsDef>,
+}
+
+/// A radius.
+#[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
+#[serde(untagged, expecting = "expected metres, { scene = share } or { footprint = number }")]
+pub enum RadiusDef {
+    /// In metres.
+    Metres(f32),
+    /// In radii of the scene.
+    Scene {
+        /// The share.
+        scene: f32,
+    },
+    /// In pixel footprints.
+    Footprint {
+        /// How many.
+        footprint: f32,
+    },
+}
+
+/// A number of light subpaths.
+#[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
+#[serde(untagged, expecting = "expected a whole number or { per_pixel = number }")]
+pub enum PathsDef {
+    /// So many.
+    Number(u64),
+    /// So many a pixel.
+    PerPixel {
+        /// How many.
+        per_pixel: f32,
+    },
+}
+
+impl GatherDef {
+    fn resolve(self) -> Gather {
+        let default = Gather::default();
+        Gather {
+            radius: match self.radius {
+                None => Radius::Auto,
+                Some(RadiusDef::Metres(r)) => Radius::Absolute(r),
+                Some(RadiusDef::Scene { scene }) => Radius::Scene(scene),
+                Some(RadiusDef::Footprint { footprint }) => Radius::Footprint(footprint),
+            },
+            alpha: self.alpha.unwrap_or(default.alpha),
+            paths: match self.paths {
+                None => PathCount::Auto,
+                Some(PathsDef::Number(n)) => PathCount::Absolute(n),
+                Some(PathsDef::PerPixel { per_pixel }) => PathCount::PerPixel(per_pixel),
+            },
+        }
+    }
+}
+
+impl MergeDef {
+    /// From entries such as `bb1d.radius=0.01`.
+    ///
+    /// # Errors
+    /// An entry that is none, with what is allowed.
+    pub fn parse(entries: &[String]) -> Result<Self> {
+        let text = entries.join("\n");
+        toml::from_str(&text).map_err(|e| {
+            let entry = e.span().and_then(|s| text.get(..s.start)).map_or(0, |t| t.matches('\n').count());
+            let entry = entries.get(entry).map_or("", String::as_str);
+            Error::usage(format!("--merge {entry}: {}", e.message().trim().replace('\n', "; ")))
+        })
+    }
+
+    /// What it comes to where the preset says `first`.
+    pub fn resolve(&self, first: bool) -> MergeSettings {
+        let default = MergeSettings::default();
+        let gather = |def: Option<GatherDef>| def.unwrap_or_default().resolve();
+        MergeSettings {
+            of: [self.surf, self.pp3d, self.pb2d, self.bp2d, self.bb1d].map(gather),
+            kernel: self.kernel.unwrap_or(default.kernel),
+            photon_beams: self.photon_beams.unwrap_or(default.photon_beams),
+            camera_beams: self.camera_beams.unwrap_or(default.camera_beams),
+            first: self.first.unwrap_or(first),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_are_read() {
+        let entries =
+            ["bb1d.radius=0.01", "surf = { radius = { footprint = 2 }, alpha = 1 }", "kernel='epanechnikov'"];
+        let merging = MergeDef::parse(&entries.map(str::to_owned)).unwrap().resolve(true);
+        assert_eq!(merging.of[4].radius, Radius::Absolute(0.01));
+        assert_eq!((merging.of[0].radius, merging.of[0].alpha), (Radius::Footprint(2.0), 1.0));
+        assert_eq!((merging.kernel, merging.first), (Kernel::Epanechnikov, true));
+        assert_eq!(merging.of[1], Gather::default());
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for (entry, words) in [
+            ("bb2d.radius=1", "unknown field"),
+            ("bb1d.radius='wide'", "expected metres"),
+            ("surf.paths=-3", "expected a whole number"),
+            ("kernel='gauss'", "unknown variant"),
+        ] {
+            let message = MergeDef::parse(&[entry.to_owned()]).unwrap_err().to_string();
+            assert!(message.contains(words) && message.contains(entry), "{message}");
+        }
+    }
+}
