@@ -53,7 +53,7 @@ const CHROMATIC: &str = "sigma_a = 0\nsigma_s = [0.4, 0.6, 0.8]\nphase = { hg = 
 fn the_foggy_furnace_is_one_for_every_set() {
     let scene = furnace(CHROMATIC, "interior = 'fog'", BUBBLE);
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
-        for techniques in TechniqueSet::subsets() {
+        for techniques in TechniqueSet::connections() {
             if !(techniques.has(Technique::Hit) || techniques.has(Technique::Lens)) {
                 continue;
             }

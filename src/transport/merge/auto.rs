@@ -28,7 +28,7 @@ const PILOT_PATHS: u64 = 4096;
 /// The pilot's random numbers are those of an iteration that no render comes to.
 const PILOT: u64 = u64::MAX;
 /// Merges of a camera subpath that counts are chosen for, a technique with beams.
-const MERGES_A_PATH: f64 = 10.0;
+const MERGES_A_PATH: f64 = 3.0;
 /// No radius in a medium is above so many mean free paths.
 const MEAN_FREE_PATHS: f32 = 0.25;
 
@@ -160,6 +160,6 @@ fn choose_counts(scene: &Scene, settings: &Settings, pixels: u64, gathers: &mut 
         let i = super::settings::place_of(technique).expect("a merge");
         let merges = counter.merges[i] as f64 / camera_paths as f64;
         let wanted = paths as f64 * MERGES_A_PATH / merges.max(1e-9);
-        gathers.of[i].paths = (wanted as u64).clamp(paths.min(1000), pixels);
+        gathers.of[i].paths = (wanted as u64).clamp(paths.min(64), pixels);
     }
 }
