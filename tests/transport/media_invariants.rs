@@ -8,7 +8,8 @@ use tyndall::scene::Scene;
 use tyndall::transport::{Settings, TechniqueSet};
 
 fn picture(scene: &Scene, min_length: u32, max_length: u32) -> Image {
-    let settings = Settings { min_length, max_length, seed: 5, ..Settings::new(TechniqueSet::of_connections()) };
+    let settings =
+        Settings { min_length, max_length, seed: 5, ..Settings::new(TechniqueSet::of_connections()) };
     render(scene, &settings, 4).image()
 }
 

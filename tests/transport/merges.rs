@@ -131,7 +131,11 @@ fn the_filled_furnace_is_one() {
         if !techniques.merges() || preset.key == "ppm" {
             continue;
         }
-        let gather = |radius| Gather { radius: Radius::Absolute(radius), alpha: 1.0, paths: PathCount::Absolute(4000) };
+        let gather = |radius| Gather {
+            radius: Radius::Absolute(radius),
+            alpha: 1.0,
+            paths: PathCount::Absolute(4000),
+        };
         let merging = MergeSettings {
             of: [0.03, 0.06, 0.03, 0.03, 0.02].map(gather),
             first: preset.first,
