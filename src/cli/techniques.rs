@@ -41,8 +41,11 @@ mod tests {
     #[test]
     fn every_technique_and_preset_has_a_line() {
         let text = text();
-        for key in TECHNIQUES.iter().map(|t| t.key).chain(PRESETS.iter().map(|p| p.key)) {
-            assert_eq!(text.lines().filter(|l| l.starts_with(&format!("{key} "))).count(), 1, "{key}");
+        let keys: Vec<&str> = TECHNIQUES.iter().map(|t| t.key).chain(PRESETS.iter().map(|p| p.key)).collect();
+        for key in &keys {
+            // Some presets are called after the technique that they show.
+            let expected = keys.iter().filter(|k| *k == key).count();
+            assert_eq!(text.lines().filter(|l| l.starts_with(&format!("{key} "))).count(), expected, "{key}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! P-B2D: collisions of light subpaths on a disc across a camera beam, the beam radiance estimate [Jarosz et al. 2008;
-//! Křivánek et al. 2014, 4.1].
+//! P-B2D: collisions of light subpaths on a disc across a camera beam, the beam radiance estimate
+//! [Jarosz et al. 2008; Křivánek et al. 2014, 4.1].
 
 use super::join::{self, Arm, nearest};
 use super::photons::Photons;
