@@ -33,10 +33,12 @@ fn set(names: &str) -> TechniqueSet {
     TechniqueSet::parse(names.split(',')).expect("known names")
 }
 
-/// Radiance 1: a bias of 1% is seen, of 1.5% by sets that are no preset.
+/// Radiance 1: in the long study (`TYNDALL_STUDY=1`) a bias of 1% is seen, of 1.5% by sets that are no preset; in the
+/// suite three times that, at a ninth of the time.
 fn is_one(what: &str, scene: &Scene, settings: &Settings) {
-    let detectable =
-        if settings.techniques == set("pt") || settings.techniques == set("bpt") { 0.01 } else { 0.015 };
+    let preset = settings.techniques == set("pt") || settings.techniques == set("bpt");
+    let study = std::env::var_os("TYNDALL_STUDY").is_some();
+    let detectable = if preset { 0.01 } else { 0.015 } * if study { 1.0 } else { 3.0 };
     let what = format!("{what}, {} {:?}", settings.techniques, settings.heuristic);
     // What is known has no error of its own.
     let images = sharp_runs(scene, settings, detectable * 2f64.sqrt(), 1000);
@@ -68,12 +70,12 @@ fn the_foggy_furnace_is_one_for_every_set() {
     }
 }
 
-/// From a medium that hardly scatters to one of ten mean free paths, and phase functions from back to far forward;
+/// From a medium that hardly scatters to one of five mean free paths a radius, and phase functions from back to far forward;
 /// the camera is in it.
 #[test]
 fn the_furnace_is_one_at_any_density_and_phase() {
     for (i, (sigma, max_length)) in
-        [("[0.05, 0.1, 0.2]", 48), ("[0.9, 1, 1.1]", 96), ("[10, 10, 10]", 1000)].into_iter().enumerate()
+        [("[0.05, 0.1, 0.2]", 48), ("[0.9, 1, 1.1]", 96), ("[5, 5, 5]", 600)].into_iter().enumerate()
     {
         for (j, g) in [-0.7, 0.0, 0.9].into_iter().enumerate() {
             let medium = format!("sigma_a = 0\nsigma_s = {sigma}\nphase = {{ hg = {g} }}");

@@ -134,7 +134,7 @@ fn the_filled_furnace_is_one() {
         let gather = |radius| Gather {
             radius: Radius::Absolute(radius),
             alpha: 1.0,
-            paths: PathCount::Absolute(4000),
+            paths: PathCount::Absolute(2000),
         };
         let merging = MergeSettings {
             of: [0.03, 0.06, 0.03, 0.03, 0.02].map(gather),
@@ -148,6 +148,6 @@ fn the_filled_furnace_is_one() {
         let (mean, error) = means.image_mean();
         let allowed = if preset.first || preset.key == "bpm" { 0.04 } else { 0.01 };
         assert!((mean - 1.0).abs() < allowed + 4.0 * error, "{}: {mean} ± {error}", preset.key);
-        assert!(error < 0.013, "{}: ± {error}", preset.key);
+        assert!(error < 0.02, "{}: ± {error}", preset.key);
     }
 }
