@@ -34,7 +34,7 @@ fn compare(what: &str, scene: &Scene, exact: &Image, sets: &[&str]) {
     for names in sets {
         let set = TechniqueSet::parse(names.split(',')).expect("known");
         let settings = Settings { max_length: 400, ..Settings::new(set) };
-        let images = sharp_runs(scene, &settings, 0.01 * 2f64.sqrt(), 4000);
+        let images = sharp_runs(scene, &settings, 0.0097 * 2f64.sqrt(), 4000);
         // A width of 200 mean free paths and single precision at such distances are not quite a layer without end.
         Means::of(&images).assert_near(exact, 3e-4, &format!("{what}, {names}"), 0.01);
     }
