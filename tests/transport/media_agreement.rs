@@ -8,13 +8,16 @@ use crate::scenes;
 use tyndall::scene::Scene;
 use tyndall::transport::{Heuristic, Settings, TechniqueSet};
 
-/// The first set is the yardstick; the others, every second with the power heuristic, must not differ from it.
+/// The first set is the yardstick; the others, every second with the power heuristic, must not differ from it. With
+/// `TYNDALL_STUDY=1` a bias of 1% is seen everywhere.
 fn agree(name: &str, scene: &Scene, max_length: u32, detectable: f64, sets: &[&str]) {
+    let study = std::env::var_os("TYNDALL_STUDY").is_some();
+    let (detectable, most) = if study { (0.01, 100_000) } else { (detectable, 1200) };
     let mean = |i: usize| {
         let techniques = TechniqueSet::parse(sets[i].split(',')).expect("known names");
         let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };
         let settings = Settings { heuristic, max_length, seed: 1 + i as u64, ..Settings::new(techniques) };
-        Means::of(&sharp_runs(scene, &settings, detectable, 1200))
+        Means::of(&sharp_runs(scene, &settings, detectable, most))
     };
     let yardstick = mean(0);
     for i in 1..sets.len() {
@@ -42,21 +45,21 @@ fn fog_with_bubbles_agrees() {
 
 #[test]
 fn balls_agree() {
-    agree("balls", &scenes::load("balls"), 24, 0.02, &["pt", "bpt", "hit,connect", "hit,nee,lens"]);
+    agree("balls", &scenes::load("balls"), 24, 0.03, &["pt", "bpt", "hit,connect", "hit,nee,lens"]);
 }
 
 #[test]
 fn the_drink_agrees() {
-    agree("drink", &scenes::load("drink"), 16, 0.03, &["pt", "bpt", "hit,lens", "hit,connect"]);
+    agree("drink", &scenes::load("drink"), 16, 0.05, &["pt", "bpt", "hit,lens", "hit,connect"]);
 }
 
 /// Every kind of light. What is a point or a direction cannot be hit.
 #[test]
 fn dusk_agrees() {
-    agree("dusk", &scenes::load("dusk"), 12, 0.025, &["pt", "bpt", "pt,lens", "pt,connect"]);
+    agree("dusk", &scenes::load("dusk"), 12, 0.03, &["pt", "bpt", "pt,lens", "pt,connect"]);
 }
 
 #[test]
 fn what_is_behind_the_window_agrees() {
-    agree("window", &scenes::load("window"), 24, 0.03, &["pt", "bpt", "hit,connect", "hit,lens"]);
+    agree("window", &scenes::load("window"), 24, 0.05, &["pt", "bpt", "hit,connect", "hit,lens"]);
 }
