@@ -52,7 +52,7 @@ fn what_is_joined_is_in_sight() {
             );
             joined[traced.sample.technique.index()] += 1;
         }
-        assert!(joined[1..].iter().all(|n| *n > 50), "{name}: {joined:?}");
+        assert!(joined[1..4].iter().all(|n| *n > 50), "{name}: {joined:?}");
     }
 }
 
