@@ -313,7 +313,18 @@ fn the_experiments_of_the_project_can_be_read() {
         names.push(plan.name);
     }
     names.sort();
-    assert_eq!(names, ["bpt-vs-pt", "light-tracing", "pt-lt-bpt", "pyramid", "quickstart"]);
+    assert_eq!(
+        names,
+        [
+            "bpt-vs-pt",
+            "light-tracing",
+            "media-bpt",
+            "media-bpt-only-media",
+            "pt-lt-bpt",
+            "pyramid",
+            "quickstart"
+        ]
+    );
 }
 
 #[test]
