@@ -84,7 +84,7 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
     };
     settings.validate()?;
     settings.check_scene(scene)?;
-    Ok(settings)
+    Ok(settings.pinned(scene))
 }
 
 fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result<Outputs> {

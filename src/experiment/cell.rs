@@ -6,10 +6,11 @@ use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
 use super::reference::Truth;
 use super::results::{Cell, Checkpoint, Estimate, Files, Run, Summary};
 use crate::error::{Error, Result};
+use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
-use crate::film::{Image, ScalarImage};
+use crate::film::{Film, Image, ScalarImage};
 use crate::render::files::{Resolved, VARIANCE, dropped, layered, prepare_folder};
 use crate::render::{Budget, Job, Observer, Outcome, Stop};
 use crate::scene::Scene;
@@ -91,7 +92,7 @@ impl SceneContext<'_> {
                 break;
             }
             let defaults = Lengths::from(self.scene.notes.defaults);
-            let settings = self.plan.settings(self.entry, defaults, estimator, index)?;
+            let settings = self.plan.settings(self.entry, defaults, estimator, index)?.pinned(self.scene);
             self.run(estimator, &folder, index, &settings, observer, &mut gathered)?;
         }
         if gathered.runs.is_empty() {
@@ -146,7 +147,7 @@ impl SceneContext<'_> {
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
         exr::write(self.out.join(&exr), &layered(self.scene, &bare, &resolved, &outcome))?;
-        gathered.mean.add(layered(self.scene, settings, &resolved, &outcome));
+        gathered.mean.add(layered(self.scene, settings, &resolved, &outcome), &outcome.film);
         let image = outcome.film.image();
         let metrics = self.metrics(&image, &mut gathered.maps)?;
         if let Some(truth) = self.truth {
@@ -257,6 +258,7 @@ impl SceneContext<'_> {
             estimator: estimator.key.clone(),
             min_length: settings.min_length,
             max_length: settings.max_length,
+            paths: settings.paths.clone(),
             summary,
             variance: estimate(&variances),
             efficiency: efficiency(&gathered.mse, &seconds),
@@ -303,10 +305,10 @@ impl SceneContext<'_> {
         cell: &Cell,
         warnings: &mut Vec<String>,
     ) {
-        if let Some(its) = truth.paths.filter(|its| *its != estimator.paths) {
+        let own = estimator.paths.unwrap_or(self.entry.paths);
+        if let Some(its) = truth.paths.filter(|its| *its != own) {
             warnings.push(format!(
-                "its paths are `{}`, those of the reference `{its}`: a part of the error is that",
-                estimator.paths
+                "its paths are `{own}`, those of the reference `{its}`: a part of the error is that"
             ));
         }
         let own = [Some(cell.min_length), Some(cell.max_length)];
@@ -363,10 +365,20 @@ struct MeanLayers {
     /// The first run's, for all but the pixels.
     shape: Option<LayeredImage>,
     sums: Vec<Vec<[f64; 3]>>,
+    /// Of each layer of mean weights, by its name: sum of the weights and number of samples, pixel by pixel.
+    weights: BTreeMap<String, Vec<[f64; 2]>>,
 }
 
 impl MeanLayers {
-    fn add(&mut self, file: LayeredImage) {
+    fn add(&mut self, file: LayeredImage, film: &Film) {
+        for (kind, weights) in film.weights() {
+            match self.weights.get_mut(&kind.name()) {
+                None => drop(self.weights.insert(kind.name(), weights)),
+                Some(sums) => {
+                    sums.iter_mut().zip(weights).for_each(|(s, w)| *s = [s[0] + w[0], s[1] + w[1]]);
+                }
+            }
+        }
         let wide = |p: &[f32; 3]| p.map(f64::from);
         self.runs += 1;
         let Some(shape) = &mut self.shape else {
@@ -388,13 +400,16 @@ impl MeanLayers {
         }
     }
 
-    /// The means; of variances, the variance of the mean.
+    /// The means; of variances, the variance of the mean; of weights, the mean over the samples of all runs.
     fn finish(&self) -> LayeredImage {
         let mut file = self.shape.clone().expect("there is at least one run");
         let runs = f64::from(self.runs);
         for (layer, sum) in file.layers.iter_mut().zip(&self.sums) {
             let scale = if layer.name == VARIANCE { 1.0 / (runs * runs) } else { 1.0 / runs };
-            layer.image.pixels = sum.iter().map(|p| p.map(|v| (v * scale) as f32)).collect();
+            layer.image.pixels = match self.weights.get(&layer.name) {
+                Some(sums) => sums.iter().map(|[w, n]| [mean_weight(*w, *n) as f32; 3]).collect(),
+                None => sum.iter().map(|p| p.map(|v| (v * scale) as f32)).collect(),
+            };
         }
         file.metadata.push(("tyndall.runs".into(), self.runs.to_string()));
         file

@@ -54,7 +54,7 @@ pub struct ExperimentFile {
     pub min_length: Option<Spanned<Count<1>>>,
     /// Longest paths, likewise.
     pub max_length: Option<Spanned<Count<1>>>,
-    /// Which paths count, unless the estimator's entry says otherwise: `all`, `media`, `surfaces` or a light path
+    /// Which paths count, unless the scene's or the estimator's entry says otherwise: `all`, `media`, `surfaces` or a light path
     /// expression such as `ES*M(S|D|M)*L`; default `all`.
     pub paths: Option<Spanned<String>>,
     /// Width and height of the images in pixels, unless the scene's entry says otherwise; default: the scene file's.
@@ -118,6 +118,8 @@ pub struct SceneDef {
     pub min_length: Option<Spanned<Count<1>>>,
     /// Longest paths, in segments.
     pub max_length: Option<Spanned<Count<1>>>,
+    /// Which paths count, instead of the experiment's: a scene may be there twice, in full and for media alone.
+    pub paths: Option<Spanned<String>>,
     /// Instead of the experiment's `[reference]`.
     pub reference: Option<Spanned<ReferenceDef>>,
 }
@@ -164,7 +166,7 @@ pub struct EstimatorDef {
     pub min_length: Option<Spanned<Count<1>>>,
     /// Longest paths, in segments.
     pub max_length: Option<Spanned<Count<1>>>,
-    /// Which paths count, instead of the experiment's.
+    /// Which paths count, instead of the scene's and the experiment's.
     pub paths: Option<Spanned<String>>,
     /// Instead of the experiment's.
     pub layers: Option<Spanned<Layers>>,
@@ -184,7 +186,10 @@ pub struct ReferenceDef {
     pub preset: Option<Spanned<String>>,
     /// Keys of techniques.
     pub techniques: Option<Spanned<Vec<String>>>,
-    /// Which paths count; default: the experiment's. Estimators with other paths are warned about.
+    /// How merges are made. Estimators that merge with the same radii would be measured against their own bias: a reference
+    /// that merges wants smaller ones.
+    pub merge: Option<Spanned<MergeDef>>,
+    /// Which paths count; default: the scene's. Estimators with other paths are warned about.
     pub paths: Option<Spanned<String>>,
     /// Samples per pixel.
     pub spp: Option<Count<1>>,
@@ -200,7 +205,10 @@ pub struct FiguresDef {
     pub strip: Option<bool>,
     /// Images beside the reference, crops, error maps; default true.
     pub comparison: Option<bool>,
-    /// What each technique contributes; default: whether layers are kept.
+    /// The name of an estimator whose weighted and unweighted contributions and mean weights come first, in large;
+    /// default: none. Its layers are kept.
+    pub contributions: Option<Spanned<String>>,
+    /// What each technique contributes; default: whether layers are kept, beside those of `contributions`.
     pub techniques: Option<Spanned<bool>>,
     /// Weighted (s, t) images of paths of `[min, max]` segments; default: none.
     pub pyramid: Option<Spanned<[Count<1>; 2]>>,

@@ -3,11 +3,11 @@
 //! | file | what it does |
 //! |---|---|
 //! | [`file`], [`overrides`] | the experiment file, and `--set` |
-//! | [`plan`] | the file, checked and resolved |
+//! | [`plan`], [`resolve`] | the file, checked and resolved |
 //! | [`run`], [`cell`] | from the plan to the results on disk |
 //! | [`reference`] | what is measured against: rendered, kept, extended |
 //! | [`metrics`], [`statistics`], [`measure`] | errors of images, and numbers over runs |
-//! | [`results`], [`csv`] | what is left behind |
+//! | [`results`], [`numbers`], [`csv`] | what is left behind |
 
 pub mod cell;
 pub mod csv;
@@ -16,9 +16,11 @@ pub mod hash;
 pub mod machine;
 pub mod measure;
 pub mod metrics;
+pub mod numbers;
 pub mod overrides;
 pub mod plan;
 pub mod reference;
+pub mod resolve;
 pub mod results;
 pub mod run;
 pub mod statistics;

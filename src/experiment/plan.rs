@@ -1,20 +1,18 @@
 //! An experiment file, checked and resolved: which estimators run in which scenes, and for how long.
 
-use super::file::{BudgetDef, EstimatorDef, ExperimentFile, HeuristicDef, ReferenceDef, SceneDef};
 use super::metrics::Metric;
 use super::overrides::Override;
+use super::resolve::resolve;
 use super::results::{Crop, Figures};
 use crate::error::{Error, Result};
 use crate::render::Budget;
 use crate::scene::RenderDefaults;
-use crate::scene::file::source::{Source, Span};
-use crate::scene::file::values::Count;
+use crate::scene::file::source::Source;
 use crate::transport::expression::Expression;
-use crate::transport::merge::{MergeDef, MergeSettings};
+use crate::transport::merge::MergeSettings;
 use crate::transport::settings::{Heuristic, Layers, Settings};
-use crate::transport::technique::{PRESETS, TechniqueSet};
+use crate::transport::technique::TechniqueSet;
 use std::path::{Path, PathBuf};
-use toml::Spanned;
 
 /// A whole experiment.
 #[derive(Clone, Debug)]
@@ -29,6 +27,8 @@ pub struct Plan {
     pub description: String,
     /// Independent runs a scene and estimator.
     pub runs: u32,
+    /// Which paths count where neither scene nor estimator says it.
+    pub paths: Expression,
     /// What all seeds are hashed from.
     pub seed: u64,
     /// The main one first.
@@ -78,6 +78,8 @@ pub struct ScenePlan {
     pub crops: Vec<Crop>,
     /// Of the scene's entry, or the experiment's.
     pub lengths: Lengths,
+    /// Which paths count, where the estimator has none of its own: of the scene's entry, or the experiment's.
+    pub paths: Expression,
     /// What the estimators are measured against.
     pub reference: Option<ReferencePlan>,
 }
@@ -96,8 +98,10 @@ pub enum ReferencePlan {
     Render {
         /// With these techniques.
         techniques: TechniqueSet,
+        /// Merged like this.
+        merging: MergeSettings,
         /// Of these paths.
-        paths: Expression,
+        paths: Box<Expression>,
         /// At least this much.
         budget: Budget,
     },
@@ -122,8 +126,8 @@ pub struct EstimatorPlan {
     pub lengths: Lengths,
     /// How merges are made.
     pub merging: MergeSettings,
-    /// Which paths count: the estimator's own, else the experiment's.
-    pub paths: Expression,
+    /// Which paths count, if not the scene's: the estimator's own.
+    pub paths: Option<Expression>,
     /// Which images are kept.
     pub layers: Layers,
     /// Longest paths with (s, t) layers, in segments.
@@ -131,15 +135,6 @@ pub struct EstimatorPlan {
     /// What each run may use.
     pub budget: Budget,
 }
-
-/// Metrics where the file names none.
-const DEFAULT_METRICS: [Metric; 5] = [Metric::RelMse, Metric::Mse, Metric::Mae, Metric::Smape, Metric::Flip];
-
-/// Colours of estimators that have none of their own, in order [Okabe & Ito 2008].
-const PALETTE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
-
-/// Names that the results folder needs for itself.
-const RESERVED: [&str; 1] = ["figures"];
 
 /// Reads an experiment file, with changes from the command line.
 ///
@@ -167,346 +162,6 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Plan> {
     })
 }
 
-fn resolve(source: &Source) -> Result<Plan> {
-    let file: ExperimentFile = source.parse()?;
-    let name = source.path().file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());
-    let resolver = Resolver { source, file: &file };
-    let metrics = resolver.metrics()?;
-    let estimators = resolver.estimators()?;
-    let scenes = resolver.scenes()?;
-    let figures = resolver.figures(&estimators, &scenes);
-    Ok(Plan {
-        title: file.title.clone().unwrap_or_else(|| name.clone()),
-        name,
-        text: source.text().to_owned(),
-        description: file.description.trim().to_owned(),
-        runs: file.runs.map_or(1, |n| n.0),
-        seed: file.seed.map_or(0, |n| n.0.into()),
-        metrics,
-        figures,
-        scenes,
-        estimators,
-    })
-}
-
-struct Resolver<'a> {
-    source: &'a Source,
-    file: &'a ExperimentFile,
-}
-
-fn count<const MIN: u32>(n: &Option<Spanned<Count<MIN>>>) -> Option<u32> {
-    n.as_ref().map(|n| n.get_ref().0)
-}
-
-fn size(size: &Option<[Count<1>; 2]>) -> Option<[u32; 2]> {
-    size.map(|s| s.map(|n| n.0))
-}
-
-impl Resolver<'_> {
-    fn metrics(&self) -> Result<Vec<Metric>> {
-        let Some(named) = &self.file.metrics else { return Ok(DEFAULT_METRICS.to_vec()) };
-        let mut metrics = Vec::new();
-        for name in named {
-            let metric = Metric::from_key(name.get_ref())
-                .map_err(|e| self.source.error(name.span(), e.to_string()))?;
-            if metrics.contains(&metric) {
-                return Err(self.source.error(name.span(), format!("`{}` is there twice", name.get_ref())));
-            }
-            metrics.push(metric);
-        }
-        Ok(metrics)
-    }
-
-    fn budget(&self, def: &Spanned<BudgetDef>) -> Result<Budget> {
-        match (def.get_ref().spp, def.get_ref().seconds) {
-            (Some(spp), None) => Ok(Budget::Spp(spp.0.into())),
-            (None, Some(seconds)) => Ok(Budget::Seconds(seconds.get().into())),
-            _ => Err(self.source.error(def.span(), "a budget has exactly one of `spp` and `seconds`")),
-        }
-    }
-
-    /// Techniques by a preset's key or by their own; exactly one of them.
-    fn techniques(
-        &self,
-        what: &str,
-        span: Span,
-        preset: &Option<Spanned<String>>,
-        techniques: &Option<Spanned<Vec<String>>>,
-    ) -> Result<TechniqueSet> {
-        match (preset, techniques) {
-            (Some(preset), None) => {
-                let row = PRESETS.iter().find(|p| p.key == preset.get_ref());
-                let row = row.ok_or_else(|| {
-                    let known = PRESETS.iter().map(|p| p.key);
-                    self.source.unknown_name(preset.span(), "preset", preset.get_ref(), known)
-                })?;
-                Ok(TechniqueSet::of(row.techniques))
-            }
-            (None, Some(names)) => TechniqueSet::parse(names.get_ref().iter().map(String::as_str))
-                .map_err(|e| self.source.error(names.span(), e.to_string())),
-            (Some(_), Some(names)) => {
-                let message = format!("{what} has `preset` or `techniques`, not both");
-                Err(self.source.error(names.span(), message))
-            }
-            (None, None) => Err(self.source.error(span, format!("{what} lacks `preset` (or `techniques`)"))),
-        }
-    }
-
-    fn estimators(&self) -> Result<Vec<EstimatorPlan>> {
-        let mut plans: Vec<EstimatorPlan> = Vec::new();
-        for def in &self.file.estimator {
-            let plan = self.estimator(def, plans.len())?;
-            if plans.iter().any(|p| p.key == plan.key) {
-                let span = def.get_ref().name.as_ref().map_or(def.span(), Spanned::span);
-                let message = format!("two estimators have the name `{}`: give one another `name`", plan.key);
-                return Err(self.source.error(span, message));
-            }
-            plans.push(plan);
-        }
-        if plans.is_empty() {
-            return Err(Error::file(self.source.path(), "there is no [[estimator]] in this experiment"));
-        }
-        Ok(plans)
-    }
-
-    fn estimator(&self, spanned: &Spanned<EstimatorDef>, index: usize) -> Result<EstimatorPlan> {
-        let def = spanned.get_ref();
-        let techniques = self.techniques("an estimator", spanned.span(), &def.preset, &def.techniques)?;
-        let key = match &def.name {
-            Some(name) => self.key(name.get_ref(), name.span())?,
-            None => match &def.preset {
-                Some(preset) => preset.get_ref().clone(),
-                None => techniques.to_string().replace(',', "+"),
-            },
-        };
-        let label = def.label.clone().unwrap_or_else(|| {
-            let preset = def.preset.as_ref().filter(|_| def.name.is_none());
-            let row = preset.and_then(|name| PRESETS.iter().find(|p| p.key == name.get_ref()));
-            row.map_or_else(|| key.clone(), |row| row.label.to_owned())
-        });
-        let budget = match def.budget.as_ref().or(self.file.budget.as_ref()) {
-            Some(budget) => self.budget(budget)?,
-            None => {
-                let message = "this estimator has no budget: the experiment needs `budget = { spp = … }` or \
-                               `budget = { seconds = … }`";
-                return Err(self.source.error(spanned.span(), message));
-            }
-        };
-        let color = match &def.color {
-            Some(color) => self.color(color)?,
-            None => default_color(index),
-        };
-        Ok(EstimatorPlan {
-            key,
-            label,
-            caption: def.caption.trim().to_owned(),
-            color,
-            techniques,
-            heuristic: self.heuristic(def)?,
-            merging: self.merging(def, techniques)?,
-            lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },
-            paths: self.paths(&def.paths)?,
-            layers: self.layers(def)?,
-            pyramid: self.file.figures.pyramid.as_ref().map_or(6, |p| p.get_ref()[1].0),
-            budget,
-        })
-    }
-
-    /// Which paths count: what is said, else the experiment's.
-    fn paths(&self, said: &Option<Spanned<String>>) -> Result<Expression> {
-        let Some(text) = said.as_ref().or(self.file.paths.as_ref()) else { return Ok(Expression::ALL) };
-        Expression::parse(text.get_ref()).map_err(|e| self.source.error(text.span(), e.to_string()))
-    }
-
-    fn merging(&self, def: &EstimatorDef, techniques: TechniqueSet) -> Result<MergeSettings> {
-        let preset = def.preset.as_ref().and_then(|key| PRESETS.iter().find(|p| p.key == key.get_ref()));
-        let said = def.merge.as_ref().map_or_else(MergeDef::default, |d| *d.get_ref());
-        let merging = said.resolve(preset.is_some_and(|p| p.first));
-        merging.validate(techniques).map_err(|e| {
-            let span = def.merge.as_ref().map_or(0..0, Spanned::span);
-            self.source.error(span, e.to_string())
-        })?;
-        Ok(merging)
-    }
-
-    fn heuristic(&self, def: &EstimatorDef) -> Result<Heuristic> {
-        match (def.heuristic, &def.exponent) {
-            (Some(HeuristicDef::Power), exponent) => {
-                Ok(Heuristic::Power(exponent.as_ref().map_or(2.0, |e| e.get_ref().get())))
-            }
-            (_, Some(exponent)) => {
-                let message = "an exponent makes sense with `heuristic = \"power\"` only";
-                Err(self.source.error(exponent.span(), message))
-            }
-            _ => Ok(Heuristic::Balance),
-        }
-    }
-
-    /// The layers that an estimator keeps: what is said, else what the figures want.
-    fn layers(&self, def: &EstimatorDef) -> Result<Layers> {
-        let figures = &self.file.figures;
-        if let Some(pyramid) = &figures.pyramid
-            && pyramid.get_ref()[0].0 > pyramid.get_ref()[1].0
-        {
-            return Err(self.source.error(pyramid.span(), "expected [shortest, longest] paths, in segments"));
-        }
-        let wants_families = figures.techniques.as_ref().is_some_and(|t| *t.get_ref());
-        let wanted = match (&figures.pyramid, wants_families) {
-            (Some(_), _) => Layers::All,
-            (None, true) => Layers::Families,
-            (None, false) => Layers::None,
-        };
-        let Some(said) = def.layers.as_ref().or(self.file.layers.as_ref()) else { return Ok(wanted) };
-        if def.layers.is_none() && (*said.get_ref() as u8) < wanted as u8 {
-            let message = match wanted {
-                Layers::All => "the pyramid wants layers = \"all\"",
-                _ => "the figure of techniques wants layers = \"families\" or \"all\"",
-            };
-            return Err(self.source.error(said.span(), message));
-        }
-        Ok(*said.get_ref())
-    }
-
-    fn scenes(&self) -> Result<Vec<ScenePlan>> {
-        let mut plans: Vec<ScenePlan> = Vec::new();
-        for def in &self.file.scene {
-            let plan = self.scene(def.get_ref())?;
-            if plans.iter().any(|p| p.key == plan.key) {
-                let span = def.get_ref().name.as_ref().map_or(def.get_ref().file.span(), Spanned::span);
-                let message = format!("two scenes have the name `{}`: give one another `name`", plan.key);
-                return Err(self.source.error(span, message));
-            }
-            plans.push(plan);
-        }
-        if plans.is_empty() {
-            return Err(Error::file(self.source.path(), "there is no [[scene]] in this experiment"));
-        }
-        Ok(plans)
-    }
-
-    fn scene(&self, def: &SceneDef) -> Result<ScenePlan> {
-        let file = def.file.get_ref();
-        let path = crate::scene::file::resolve(&self.source.folder().join(file))
-            .map_err(|e| self.source.error(def.file.span(), e.to_string()))?;
-        let key = match &def.name {
-            Some(name) => self.key(name.get_ref(), name.span())?,
-            None => self.key(&default_scene_key(&path), def.file.span())?,
-        };
-        let crops = def.crops.iter().map(|crop| {
-            let crop = crop.get_ref();
-            let [x, y, width, height] = [crop.x.0, crop.y.0, crop.width.0, crop.height.0].map(|n| n as usize);
-            Crop { name: crop.name.clone(), x, y, width, height }
-        });
-        let reference = def.reference.as_ref().or(self.file.reference.as_ref());
-        Ok(ScenePlan {
-            label: def.label.clone().unwrap_or_else(|| key.clone()),
-            key,
-            caption: def.caption.trim().to_owned(),
-            path,
-            file: file.clone(),
-            size: size(&def.size).or(size(&self.file.size)),
-            exposure: def.exposure.or(self.file.exposure).map_or(0.0, |e| e.get()),
-            crops: crops.collect(),
-            lengths: Lengths {
-                min: count(&def.min_length).or(count(&self.file.min_length)),
-                max: count(&def.max_length).or(count(&self.file.max_length)),
-            },
-            reference: reference.map(|r| self.reference(r)).transpose()?,
-        })
-    }
-
-    fn reference(&self, spanned: &Spanned<ReferenceDef>) -> Result<ReferencePlan> {
-        let def = spanned.get_ref();
-        if let Some(file) = &def.file {
-            let rendered = [def.preset.is_some(), def.techniques.is_some(), def.paths.is_some()];
-            if rendered.contains(&true) || def.spp.is_some() || def.seconds.is_some() {
-                let message = "a reference is a `file` or an estimator with a budget, not both";
-                return Err(self.source.error(file.span(), message));
-            }
-            let path = self.source.folder().join(file.get_ref());
-            if !path.is_file() {
-                let message = format!("there is no reference image `{}`", path.display());
-                return Err(self.source.error(file.span(), message));
-            }
-            return Ok(ReferencePlan::File { path, file: file.get_ref().clone() });
-        }
-        let techniques = self.techniques("a reference", spanned.span(), &def.preset, &def.techniques)?;
-        let budget = match (def.spp, def.seconds) {
-            (Some(spp), None) => Budget::Spp(spp.0.into()),
-            (None, Some(seconds)) => Budget::Seconds(seconds.get().into()),
-            _ => {
-                let message = "a reference that is rendered has exactly one of `spp` and `seconds`";
-                return Err(self.source.error(spanned.span(), message));
-            }
-        };
-        Ok(ReferencePlan::Render { techniques, paths: self.paths(&def.paths)?, budget })
-    }
-
-    fn figures(&self, estimators: &[EstimatorPlan], scenes: &[ScenePlan]) -> Figures {
-        let def = &self.file.figures;
-        let layers = estimators.iter().any(|e| e.layers != Layers::None);
-        let reference = scenes.iter().any(|s| s.reference.is_some());
-        Figures {
-            strip: def.strip.unwrap_or(false),
-            comparison: def.comparison.unwrap_or(true),
-            techniques: def.techniques.as_ref().map_or(layers, |t| *t.get_ref()),
-            pyramid: def.pyramid.as_ref().map(|p| p.get_ref().map(|n| n.0)),
-            convergence: def.convergence.unwrap_or(reference),
-        }
-    }
-
-    /// A name that can be part of a path.
-    fn key(&self, name: &str, span: Span) -> Result<String> {
-        let fine = |c: char| c.is_ascii_alphanumeric() || "-_.+".contains(c);
-        if name.is_empty() || !name.chars().all(fine) || name.starts_with('.') || RESERVED.contains(&name) {
-            let message = format!(
-                "`{name}` cannot name results: expected letters, digits, `-`, `_`, `+` and `.`, not a dot first, \
-                 and not `figures`"
-            );
-            return Err(self.source.error(span, message));
-        }
-        Ok(name.to_owned())
-    }
-
-    fn color(&self, color: &Spanned<String>) -> Result<String> {
-        let text = color.get_ref();
-        let digits = text.strip_prefix('#').unwrap_or("");
-        if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-            let message = format!("expected a colour `#rrggbb`, found `{text}`");
-            return Err(self.source.error(color.span(), message));
-        }
-        Ok(text.to_ascii_lowercase())
-    }
-}
-
-/// The name of a scene file's folder, or of the file if it is not called `scene.toml`.
-fn default_scene_key(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or_default();
-    let named = if stem == "scene" {
-        // The folder as the system knows it, for paths such as `../scene.toml`.
-        let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        whole.parent().and_then(Path::file_name).map(|n| n.to_owned())
-    } else {
-        None
-    };
-    let name = named.unwrap_or_else(|| stem.to_owned()).to_string_lossy().into_owned();
-    let clean = |c: char| if c.is_ascii_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
-    name.chars().map(clean).collect()
-}
-
-/// A colour of the palette; beyond it, hues at golden-ratio steps, so that no two are the same.
-fn default_color(index: usize) -> String {
-    if let Some(color) = PALETTE.get(index) {
-        return (*color).to_owned();
-    }
-    let hue = (index as f64 * 0.618_033_988_75).fract() * 6.0;
-    let channel = |shift: f64| {
-        let distance = ((hue + shift) % 6.0 - 3.0).abs();
-        (40.0 + 160.0 * (distance - 1.0).clamp(0.0, 1.0)).round() as u8
-    };
-    format!("#{:02x}{:02x}{:02x}", channel(0.0), channel(4.0), channel(2.0))
-}
-
 impl Plan {
     /// Settings of run `run` of an estimator in a scene, of which `file` has the bounds of its scene file.
     ///
@@ -522,7 +177,7 @@ impl Plan {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
         settings.merging = estimator.merging;
-        settings.paths = estimator.paths;
+        settings.paths = estimator.paths.unwrap_or(scene.paths);
         settings.layers = estimator.layers;
         settings.pyramid = estimator.pyramid;
         settings.seed = super::hash::seed(self.seed, &[&scene.key, &estimator.key, &run.to_string()]);

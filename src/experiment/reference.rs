@@ -1,8 +1,9 @@
 //! References: what estimators are measured against, read from a file or rendered once and kept.
 //!
 //! A rendered reference lies in a folder of its own, named by a hash of all that it depends on: the contents of the
-//! scene's files, size and crop, techniques, which paths and of which lengths, seed, and the program's version. In
-//! it are blocks of iterations, each an EXR with mean and variance. When more samples are asked for than are there, further blocks
+//! scene's files, size and crop, techniques, how they merge (radii and counts as they come out in this scene), which paths
+//! and of which lengths, seed, and the code that renders ([`RENDERING`]): after a change there, no old image is taken for the
+//! new code's. In it are blocks of iterations, each an EXR with mean and variance. When more samples are asked for than are there, further blocks
 //! are rendered; the blocks together are the weighted means of their images and variances. Blocks end at numbers of
 //! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
 
@@ -12,7 +13,7 @@ use super::results::ReferenceKind;
 use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr::{self, LayeredImage};
-use crate::render::files::{PROGRAM, Resolved, VARIANCE, layered, prepare_folder};
+use crate::render::files::{RENDERING, Resolved, VARIANCE, layered, prepare_folder};
 use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
@@ -61,12 +62,14 @@ impl Maker<'_> {
         match &plan.reference {
             None => Ok(None),
             Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
-            Some(ReferencePlan::Render { techniques, paths, budget }) => {
+            Some(ReferencePlan::Render { techniques, merging, paths, budget }) => {
                 let defaults = Lengths::from(scene.notes.defaults);
                 let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
-                settings.paths = *paths;
+                settings.paths = **paths;
                 settings.seed = REFERENCE_SEED;
-                self.render(plan, scene, settings, *budget).map(Some)
+                settings.merging = *merging;
+                settings.check_scene(scene)?;
+                self.render(plan, scene, settings.pinned(scene), *budget).map(Some)
             }
         }
     }
@@ -187,16 +190,13 @@ fn next_block(sum: &Sum, budget: Budget) -> u64 {
 /// Hash of all that a reference depends on.
 fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Result<String> {
     let mut hasher = Hasher::default();
-    hasher.field(PROGRAM.as_bytes());
-    // The scene goes in by contents, wherever it lies; paths by which they are, however that is written. Where no path
-    // is left out the hash is that from before there were expressions, and references from then are found.
+    hasher.field(RENDERING.as_bytes());
+    // The scene goes in by contents, wherever it lies; paths by which they are, however that is written.
     let words = Resolved { scene: String::new(), ..resolved.clone() };
     let mut words = serde_json::to_value(words).expect("plain structs have a JSON form");
     words.as_object_mut().expect("a struct is an object").shift_remove("paths");
     hasher.field(words.to_string().as_bytes());
-    if !settings.paths.is_all() {
-        hasher.field(&settings.paths.fingerprint());
-    }
+    hasher.field(&settings.paths.fingerprint());
     for path in &scene.dependencies {
         let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
         hasher.field(&bytes);

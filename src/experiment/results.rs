@@ -3,7 +3,8 @@
 //! The file is a [`Results`], written by serde: every field below is a key of the same name. All paths are
 //! relative to the folder that holds `results.json`, with `/` between the parts; all times are seconds of rendering
 //! by the wall clock (reading scenes, computing metrics and writing files do not count); all images are linear
-//! Rec. 709. A number that does not exist (a confidence interval of a single run, say) is `null`.
+//! Rec. 709. A number that does not exist (a confidence interval of a single run, say) is `null`, and so is one that is not
+//! finite, as JSON has none: where a number has to be, `null` is read back as NaN.
 //!
 //! ```text
 //! results/<experiment>/
@@ -11,6 +12,7 @@
 //!     results.csv             a row a (scene, estimator, run, metric): see `csv`
 //!     convergence.csv         likewise a row a checkpoint
 //!     experiment.toml         the experiment file, with the changes of `--set`
+//!     index.html, figures/    the page, and its figures as SVG and PNG files: see [`crate::report`]
 //!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
 //!     <scene>/reference.png
 //!     <scene>/<estimator>/settings.toml  the resolved settings of each run
@@ -22,6 +24,7 @@
 //!     <scene>/<estimator>/error-<metric>.png
 //! ```
 
+use super::numbers::{named, number, three};
 use crate::error::{Error, Result};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
@@ -50,6 +53,9 @@ pub struct Results {
     pub description: String,
     /// Name and version of the program, such as `tyndall 0.1.0`.
     pub program: String,
+    /// A hash of the code that rendered: [`crate::render::files::RENDERING`]; empty in files from before there was one.
+    #[serde(default)]
+    pub rendering: String,
     /// Where it ran.
     pub machine: Machine,
     /// When it started, UTC, RFC 3339 to the second.
@@ -96,6 +102,7 @@ pub struct MetricInfo {
     pub description: String,
     /// The value to which the top of the error maps' scale is set, each scene: the 99th percentile over the maps of
     /// all its estimators. By the scene's key; a scene without maps is missing.
+    #[serde(deserialize_with = "named")]
     pub map_scale: BTreeMap<String, f64>,
 }
 
@@ -198,7 +205,7 @@ pub struct EstimatorSettings {
     pub min_length: Option<u32>,
     /// Longest paths, in segments; none: the scene's.
     pub max_length: Option<u32>,
-    /// Which paths count: `all`, or the light path expression as it was given.
+    /// Which paths count where the scene does not say it: `all`, or the light path expression as it was given.
     #[serde(default = "all_paths")]
     pub paths: String,
     /// `none`, `families` or `all`.
@@ -220,6 +227,9 @@ pub struct Cell {
     pub min_length: u32,
     /// Longest paths that counted, in segments.
     pub max_length: u32,
+    /// Which paths counted: `all`, or the light path expression as it was given.
+    #[serde(default = "all_paths")]
+    pub paths: String,
     /// The runs that are there, in order.
     pub runs: Vec<Run>,
     /// Each metric over the runs, in the order of [`Results::metrics`]. Empty without a reference, but for
@@ -264,8 +274,10 @@ pub struct Run {
     /// Whether it was stopped before its budget.
     pub partial: bool,
     /// The mean of the image over its pixels, by channel.
+    #[serde(deserialize_with = "three")]
     pub mean: [f64; 3],
     /// Value of each metric, by its key.
+    #[serde(deserialize_with = "named")]
     pub metrics: BTreeMap<String, f64>,
     /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end. Only metrics that are quick to compute:
     /// not FLIP.
@@ -282,6 +294,7 @@ pub struct Checkpoint {
     /// Seconds of rendering so far.
     pub seconds: f64,
     /// Value of each metric, by its key.
+    #[serde(deserialize_with = "named")]
     pub metrics: BTreeMap<String, f64>,
 }
 
@@ -289,6 +302,7 @@ pub struct Checkpoint {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean.
+    #[serde(deserialize_with = "number")]
     pub mean: f64,
     /// The 95% confidence interval of the mean; none for a single run.
     pub interval: Option<Interval>,
@@ -298,8 +312,10 @@ pub struct Estimate {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Its lower end.
+    #[serde(deserialize_with = "number")]
     pub low: f64,
     /// Its upper end.
+    #[serde(deserialize_with = "number")]
     pub high: f64,
 }
 
@@ -351,7 +367,8 @@ pub struct Files {
     pub error_exr: Option<String>,
     /// PNGs of these maps in false colour from 0 to [`MetricInfo::map_scale`], by the metric's key.
     pub error_png: BTreeMap<String, String>,
-    /// Names of the technique layers of `mean_exr`: `weighted.nee`, `unweighted.s02t03` and so on.
+    /// Names of the technique layers of `mean_exr`: `weighted.nee`, `weight.nee`, `unweighted.s02t03` and so on (see
+    /// [`crate::film::ImageKind`]). Mean weights are those over the samples of all runs.
     pub layers: Vec<String>,
 }
 
@@ -362,7 +379,10 @@ pub struct Figures {
     pub strip: bool,
     /// Images beside the reference, with crops and error maps.
     pub comparison: bool,
-    /// Contributions of each technique, weighted and unweighted; wants layers.
+    /// Key of the estimator whose contributions come first, in large.
+    #[serde(default)]
+    pub contributions: Option<String>,
+    /// Contributions of each technique, weighted and unweighted, and its mean weight; wants layers.
     pub techniques: bool,
     /// Weighted (s, t) images for paths of `[min, max]` segments; wants layers `all`.
     pub pyramid: Option<[u32; 2]>,
@@ -449,6 +469,7 @@ mod tests {
             estimator: "pt".into(),
             min_length: 1,
             max_length: 64,
+            paths: all_paths(),
             runs: vec![run],
             summary: vec![Summary { metric: "mse".into(), value: estimate }],
             variance: None,
@@ -466,6 +487,7 @@ mod tests {
             title: "E".into(),
             description: String::new(),
             program: "tyndall".into(),
+            rendering: "0123456789abcdef".into(),
             machine: Machine { cpu: "unknown".into(), cores: 2, threads: 1 },
             started: "2026-01-01T00:00:00Z".into(),
             finished: "2026-01-01T00:00:01Z".into(),
@@ -476,6 +498,7 @@ mod tests {
             estimators: Vec::new(),
             cells: vec![cell],
             figures: Figures {
+                contributions: Some("pt".into()),
                 strip: false,
                 comparison: true,
                 techniques: false,
@@ -496,6 +519,28 @@ mod tests {
         assert_eq!(back.cell("box", "pt").unwrap().metric("mse").unwrap().mean, 1.5);
         assert!(back.cell("box", "bpt").is_none());
         assert_eq!(read(dir.path().join(FILE_NAME)).unwrap(), back, "the file itself can be named");
+    }
+
+    /// The bug that this keeps out: a metric that is NaN or infinite made `results.json` a file that could not be read.
+    #[test]
+    fn numbers_that_are_not_finite_leave_results_that_can_be_read() {
+        let dir = tempfile::tempdir().unwrap();
+        for value in [f64::NAN, f64::INFINITY] {
+            let mut broken = results();
+            let run = &mut broken.cells[0].runs[0];
+            run.metrics.insert("mse".into(), value);
+            run.checkpoints[0].metrics.insert("mse".into(), value);
+            run.mean[1] = value;
+            let interval = Some(Interval { low: value, high: value });
+            broken.cells[0].summary[0].value = Estimate { mean: value, interval };
+            broken.write(dir.path()).unwrap();
+            let back = read(dir.path()).unwrap();
+            let (cell, run) = (&back.cells[0], &back.cells[0].runs[0]);
+            assert!(run.metrics["mse"].is_nan() && run.checkpoints[0].metrics["mse"].is_nan());
+            assert!(run.mean[1].is_nan() && run.mean[0] == 0.5);
+            assert!(cell.metric("mse").unwrap().mean.is_nan());
+            assert_eq!(cell.seconds, results().cells[0].seconds);
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::film::false_color::{Scale, paint};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Image, ScalarImage};
-use crate::render::files::{PROGRAM, VARIANCE, heuristic_text, prepare_folder};
+use crate::render::files::{PROGRAM, RENDERING, VARIANCE, heuristic_text, prepare_folder};
 use crate::render::{Observer, Stop};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load};
@@ -148,7 +148,8 @@ fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
         }
         check_reference(entry, &scene)?;
         for estimator in &plan.estimators {
-            plan.settings(entry, Lengths::from(scene.notes.defaults), estimator, 0)?;
+            let settings = plan.settings(entry, Lengths::from(scene.notes.defaults), estimator, 0)?;
+            settings.check_scene(&scene)?;
         }
         scenes.push(scene);
     }
@@ -173,6 +174,7 @@ fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
         title: plan.title.clone(),
         description: plan.description.clone(),
         program: PROGRAM.to_owned(),
+        rendering: RENDERING.to_owned(),
         machine: machine::machine(),
         finished: started.clone(),
         started,
@@ -180,7 +182,7 @@ fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
         runs: plan.runs,
         metrics: plan.metrics.iter().map(metric).collect(),
         scenes: plan.scenes.iter().zip(scenes).map(|(entry, scene)| scene_result(entry, scene)).collect(),
-        estimators: plan.estimators.iter().map(estimator_info).collect(),
+        estimators: plan.estimators.iter().map(|e| estimator_info(plan, e)).collect(),
         cells: Vec::new(),
         figures: plan.figures.clone(),
         warnings: Vec::new(),
@@ -203,7 +205,7 @@ fn scene_result(entry: &ScenePlan, scene: &Scene) -> SceneResult {
     }
 }
 
-fn estimator_info(estimator: &EstimatorPlan) -> EstimatorInfo {
+fn estimator_info(plan: &Plan, estimator: &EstimatorPlan) -> EstimatorInfo {
     let layers = match estimator.layers {
         crate::transport::Layers::None => "none",
         crate::transport::Layers::Families => "families",
@@ -219,7 +221,7 @@ fn estimator_info(estimator: &EstimatorPlan) -> EstimatorInfo {
             heuristic: heuristic_text(estimator.heuristic),
             min_length: estimator.lengths.min,
             max_length: estimator.lengths.max,
-            paths: estimator.paths.to_string(),
+            paths: estimator.paths.unwrap_or(plan.paths).to_string(),
             layers: layers.to_owned(),
             pyramid: estimator.pyramid,
             budget: estimator.budget,

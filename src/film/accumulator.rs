@@ -78,7 +78,8 @@ pub struct Film {
     origin: [u32; 2],
     width: usize,
     height: usize,
-    /// `[pixel][image]`.
+    /// `[pixel][image]`: sums of contributions; of an [`ImageKind::Weight`], the sum of the weights, the number of samples
+    /// and nothing.
     sums: Vec<[f64; 3]>,
     /// The combined image of the iteration that is under way.
     frame: Vec<[f64; 3]>,
@@ -216,15 +217,31 @@ impl Film {
         })
     }
 
-    /// The images beside the combined one, each the mean over iterations.
+    /// The images beside the combined one: contributions as means over iterations, mean weights over all samples (see
+    /// [`ImageKind::Weight`]) in all three channels.
     pub fn layers(&self) -> Vec<(ImageKind, Image)> {
         let scale = 1.0 / self.iterations.max(1) as f64;
         let kinds = self.layout.images();
-        kinds
-            .iter()
-            .enumerate()
-            .map(|(l, kind)| (*kind, self.map_pixels(|i| self.sums[i * kinds.len() + l].map(|v| v * scale))))
-            .collect()
+        let sum = |i: usize, l: usize| self.sums[i * kinds.len() + l];
+        let image = |l: usize, kind: &ImageKind| match kind {
+            ImageKind::Weight { .. } => self.map_pixels(|i| {
+                let [weights, samples, _] = sum(i, l);
+                [mean_weight(weights, samples); 3]
+            }),
+            _ => self.map_pixels(|i| sum(i, l).map(|v| v * scale)),
+        };
+        kinds.iter().enumerate().map(|(l, kind)| (*kind, image(l, kind))).collect()
+    }
+
+    /// What the mean weights are made of, to put several films together: for each technique, where layers are kept, the sum
+    /// of the weights and the number of samples, pixel by pixel.
+    pub fn weights(&self) -> Vec<(ImageKind, Vec<[f64; 2]>)> {
+        let kinds = self.layout.images();
+        let of = |l: usize| {
+            self.sums.iter().skip(l).step_by(kinds.len()).map(|&[weights, samples, _]| [weights, samples])
+        };
+        let weights = kinds.iter().enumerate().filter(|(_, k)| matches!(k, ImageKind::Weight { .. }));
+        weights.map(|(l, kind)| (*kind, of(l).collect())).collect()
     }
 }
 
@@ -266,15 +283,23 @@ impl Band<'_> {
         add(&mut self.frame[pixel], weighted);
         let images = &mut self.sums[pixel * self.layout.images().len()..];
         add(&mut images[self.layout.weighted_family(sample.technique)], weighted);
-        if let Some(family) = self.layout.unweighted_family(sample.technique) {
+        if let Some([family, weight]) = self.layout.family_layers(sample.technique) {
             let unweighted = sample.contribution.to_array();
             add(&mut images[family], unweighted);
+            if unweighted != [0.0; 3] {
+                add(&mut images[weight], [sample.weight, 1.0, 0.0]);
+            }
             if let Some(pair) = self.layout.pair(sample.s, sample.t) {
                 add(&mut images[pair], weighted);
                 add(&mut images[pair + 1], unweighted);
             }
         }
     }
+}
+
+/// The mean of weights with this sum; 0 of none.
+pub fn mean_weight(sum: f64, samples: f64) -> f64 {
+    if samples > 0.0 { sum / samples } else { 0.0 }
 }
 
 #[inline]

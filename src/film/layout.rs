@@ -13,7 +13,8 @@ pub struct Layout {
     /// Index of each technique's weighted image.
     family: [Option<u16>; Technique::COUNT],
     families: usize,
-    unweighted: bool,
+    /// Whether the techniques' unweighted images and mean weights are kept too.
+    layers: bool,
     /// Longest path with images of its own an (s, t); 0 for none.
     pyramid: u32,
     images: Vec<ImageKind>,
@@ -29,6 +30,14 @@ pub enum ImageKind {
         /// Whether it is weighted.
         weighted: bool,
     },
+    /// Mean weight of a technique: over all samples of it on the pixel, of all iterations, whose contribution is finite
+    /// and not black, the sum of their weights divided by their number, in [0, 1]; 0 where there is none. Each sample
+    /// counts once, whatever it carries: unlike the quotient of weighted and unweighted image, in which a sample of weight 0
+    /// beside a bright one counts for nothing, and a single bright sample for all.
+    Weight {
+        /// The technique.
+        technique: Technique,
+    },
     /// Contribution of the paths that s light and t camera vertices make, times their weight or not.
     Pair {
         /// Vertices of the light subpath.
@@ -41,11 +50,12 @@ pub enum ImageKind {
 }
 
 impl ImageKind {
-    /// Name of the image in an EXR: `weighted.nee`, `unweighted.nee`, `weighted.s02t03`.
+    /// Name of the image in an EXR: `weighted.nee`, `unweighted.nee`, `weight.nee`, `weighted.s02t03`.
     pub fn name(self) -> String {
         let prefix = |w| if w { "weighted" } else { "unweighted" };
         match self {
             Self::Family { technique, weighted } => format!("{}.{}", prefix(weighted), technique.info().key),
+            Self::Weight { technique } => format!("weight.{}", technique.info().key),
             Self::Pair { s, t, weighted } => format!("{}.s{s:02}t{t:02}", prefix(weighted)),
         }
     }
@@ -62,9 +72,10 @@ impl Layout {
             images.push(ImageKind::Family { technique, weighted: true });
         }
         let families = images.len();
-        let unweighted = settings.layers != Layers::None;
-        if unweighted {
+        let layers = settings.layers != Layers::None;
+        if layers {
             images.extend(set.iter().map(|technique| ImageKind::Family { technique, weighted: false }));
+            images.extend(set.iter().map(|technique| ImageKind::Weight { technique }));
         }
         let pyramid =
             if settings.layers == Layers::All { settings.pyramid.min(settings.max_length) } else { 0 };
@@ -75,7 +86,7 @@ impl Layout {
                 }
             }
         }
-        Self { techniques: set, family, families, unweighted, pyramid, images }
+        Self { techniques: set, family, families, layers, pyramid, images }
     }
 
     /// What each image holds, in order.
@@ -99,10 +110,11 @@ impl Layout {
         usize::from(self.family[technique.index()].expect("only techniques that are on make samples"))
     }
 
-    /// Index of the unweighted image of a technique that is on, where such images are kept.
+    /// Indices of the unweighted image and of the mean weight of a technique that is on, where such images are kept.
     #[inline]
-    pub(super) fn unweighted_family(&self, technique: Technique) -> Option<usize> {
-        self.unweighted.then(|| self.weighted_family(technique) + self.families)
+    pub(super) fn family_layers(&self, technique: Technique) -> Option<[usize; 2]> {
+        let weighted = self.weighted_family(technique);
+        self.layers.then(|| [weighted + self.families, weighted + 2 * self.families])
     }
 
     /// Index of the weighted image of (s, t), where it is kept; the unweighted one comes next.
@@ -110,7 +122,7 @@ impl Layout {
     pub(super) fn pair(&self, s: u32, t: u32) -> Option<usize> {
         let k = s + t - 1;
         // Lengths 1..k-1 take 2 (k' + 1) images each: their sum is (k - 1)(k + 2).
-        (k <= self.pyramid).then(|| 2 * self.families + ((k - 1) * (k + 2) + 2 * s) as usize)
+        (k <= self.pyramid).then(|| 3 * self.families + ((k - 1) * (k + 2) + 2 * s) as usize)
     }
 }
 
@@ -127,8 +139,9 @@ mod tests {
         for technique in settings.techniques.iter() {
             let i = layout.weighted_family(technique);
             assert_eq!(layout.images()[i], ImageKind::Family { technique, weighted: true });
-            let i = layout.unweighted_family(technique).unwrap();
-            assert_eq!(layout.images()[i], ImageKind::Family { technique, weighted: false });
+            let [unweighted, weight] = layout.family_layers(technique).unwrap();
+            assert_eq!(layout.images()[unweighted], ImageKind::Family { technique, weighted: false });
+            assert_eq!(layout.images()[weight], ImageKind::Weight { technique });
         }
         for k in 1..=5u32 {
             for s in 0..=k {
@@ -142,5 +155,12 @@ mod tests {
         names.sort();
         names.dedup();
         assert_eq!(names.len(), layout.images().len(), "names are unique");
+    }
+
+    #[test]
+    fn without_layers_only_what_sums_to_the_image_is_kept() {
+        let layout = Layout::new(&Settings::new(TechniqueSet::all()));
+        assert_eq!(layout.images().len(), Technique::COUNT);
+        assert!(Technique::all().all(|t| layout.family_layers(t).is_none()));
     }
 }

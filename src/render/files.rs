@@ -6,6 +6,7 @@ use crate::film::Film;
 use crate::film::exr::LayeredImage;
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
+use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings, auto};
 use crate::transport::settings::{Heuristic, Layers, Settings};
 use crate::transport::technique::Technique;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,10 @@ pub const VARIANCE: &str = "variance";
 
 /// The program's name and version.
 pub const PROGRAM: &str = concat!("tyndall ", env!("CARGO_PKG_VERSION"));
+
+/// A hash of the code that decides what is rendered, 16 hexadecimal digits: comments do not count, nor does what shows and
+/// measures images. The build script makes it.
+pub const RENDERING: &str = env!("TYNDALL_RENDERING");
 
 /// Everything that decides the pixels beside the scene, in words: written beside every result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,15 +43,58 @@ pub struct Resolved {
     /// Which paths counted: a light path expression, as it was given.
     #[serde(default = "all_paths")]
     pub paths: String,
-    /// How merges are made where there are any; what they come to in a scene is in the EXR's `tyndall.merges`.
+    /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub merging: Option<String>,
+    pub merging: Option<ResolvedMerging>,
     /// Names the random numbers; as text, since TOML has no such large numbers.
     pub seed: String,
     /// Which images were kept.
     pub layers: Layers,
     /// With layers `all`: longest paths with (s, t) images.
     pub pyramid: u32,
+}
+
+/// How merges are made, with what was chosen from the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResolvedMerging {
+    /// Of all techniques.
+    pub kernel: Kernel,
+    /// Of light subpaths.
+    pub photon_beams: Beams,
+    /// Of camera subpaths.
+    pub camera_beams: Beams,
+    /// Whether camera subpaths end at their first vertex that is not specular.
+    pub first: bool,
+    /// By the technique's key; those that are on.
+    pub techniques: BTreeMap<String, ResolvedGather>,
+}
+
+/// How one technique merges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResolvedGather {
+    /// Radius of the kernel in the first iteration, in metres.
+    pub radius: f32,
+    /// The kernel's measure falls with the iteration i (from 1) as i^(α − 1).
+    pub alpha: f32,
+    /// Light subpaths that are merged with, the first of an iteration.
+    pub paths: u64,
+}
+
+impl ResolvedMerging {
+    /// None where nothing merges.
+    fn new(scene: &Scene, settings: &Settings) -> Option<Self> {
+        if !settings.techniques.merges() {
+            return None;
+        }
+        let MergeSettings { kernel, photon_beams, camera_beams, first, .. } = settings.merging;
+        let gathers = auto::resolve(scene, settings);
+        let of = |t: Technique| {
+            let GatherNow { radius, paths } = *gathers.of(t);
+            (t.info().key.to_owned(), ResolvedGather { radius, alpha: settings.merging.of(t).alpha, paths })
+        };
+        let techniques = MERGES.into_iter().filter(|t| settings.techniques.has(*t)).map(of).collect();
+        Some(Self { kernel, photon_beams, camera_beams, first, techniques })
+    }
 }
 
 impl Resolved {
@@ -62,7 +110,7 @@ impl Resolved {
             min_length: settings.min_length,
             max_length: settings.max_length,
             paths: settings.paths.to_string(),
-            merging: settings.techniques.merges().then(|| format!("{:?}", settings.merging)),
+            merging: ResolvedMerging::new(scene, settings),
             seed: settings.seed.to_string(),
             layers: settings.layers,
             pyramid: settings.pyramid,
@@ -120,6 +168,7 @@ fn metadata(resolved: &Resolved, settings: &Settings, outcome: &Outcome) -> Vec<
     let dropped = serde_json::to_string(&dropped(&outcome.film)).expect("a map of numbers has a JSON form");
     let entries = [
         ("version", PROGRAM.to_owned()),
+        ("rendering", RENDERING.to_owned()),
         ("settings", resolved.json()),
         ("seed", settings.seed.to_string()),
         ("iterations", outcome.film.iterations().to_string()),

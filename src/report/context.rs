@@ -5,6 +5,7 @@ use super::numbers::{significant, with_half_width};
 use super::palette::series_color;
 use crate::experiment::results::{Cell, Estimate, EstimatorInfo, Results, SceneResult};
 use crate::film::exr::{LayeredImage, read_layers};
+use crate::film::png::DisplayImage;
 use std::path::Path;
 
 /// The results, and what making the page gathers beside it.
@@ -18,6 +19,8 @@ pub(super) struct Context<'a> {
     estimator_slugs: Vec<String>,
     /// Figures that are to be files too: name without extension, content.
     pub figures: Vec<(String, String)>,
+    /// Figures that are to be PNG files: likewise.
+    pub pictures: Vec<(String, DisplayImage)>,
     /// What could not be shown.
     pub problems: Vec<String>,
 }
@@ -58,6 +61,7 @@ impl<'a> Context<'a> {
             scene_slugs: unique_slugs(results.scenes.iter().map(|s| s.key.as_str())),
             estimator_slugs: unique_slugs(results.estimators.iter().map(|e| e.key.as_str())),
             figures: Vec::new(),
+            pictures: Vec::new(),
             problems: Vec::new(),
         }
     }

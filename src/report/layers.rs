@@ -13,22 +13,45 @@ pub(super) enum Group {
     Pair(u32, u32),
 }
 
+/// What a layer holds of its paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Their contribution times its weight.
+    Weighted,
+    /// Their contribution.
+    Unweighted,
+    /// The mean weight of their samples.
+    Weight,
+}
+
+impl Kind {
+    /// The kind of contributions.
+    pub fn of(weighted: bool) -> Self {
+        if weighted { Self::Weighted } else { Self::Unweighted }
+    }
+
+    /// Start of the names of such layers.
+    fn prefix(self) -> &'static str {
+        match self {
+            Self::Weighted => "weighted",
+            Self::Unweighted => "unweighted",
+            Self::Weight => "weight",
+        }
+    }
+}
+
 /// What `weighted.nee` or `unweighted.s02t03` holds; `None` for other layers.
-pub(super) fn parse(name: &str) -> Option<(Group, bool)> {
+pub(super) fn parse(name: &str) -> Option<(Group, Kind)> {
     let (prefix, rest) = name.split_once('.')?;
-    let weighted = match prefix {
-        "weighted" => true,
-        "unweighted" => false,
-        _ => return None,
-    };
+    let kind = [Kind::Weighted, Kind::Unweighted, Kind::Weight].into_iter().find(|k| k.prefix() == prefix)?;
     let pair = rest.strip_prefix('s').and_then(|r| r.split_once('t'));
     let pair = pair.and_then(|(s, t)| Some((s.parse().ok()?, t.parse().ok()?)));
-    Some((pair.map_or_else(|| Group::Family(rest.to_owned()), |(s, t)| Group::Pair(s, t)), weighted))
+    Some((pair.map_or_else(|| Group::Family(rest.to_owned()), |(s, t)| Group::Pair(s, t)), kind))
 }
 
 /// The layer's name.
-pub(super) fn name(group: &Group, weighted: bool) -> String {
-    let prefix = if weighted { "weighted" } else { "unweighted" };
+pub(super) fn name(group: &Group, kind: Kind) -> String {
+    let prefix = kind.prefix();
     match group {
         Group::Family(key) => format!("{prefix}.{key}"),
         Group::Pair(s, t) => format!("{prefix}.s{s:02}t{t:02}"),
@@ -41,7 +64,7 @@ pub(super) fn families(image: &LayeredImage) -> Vec<String> {
         .layers
         .iter()
         .filter_map(|l| match parse(&l.name)? {
-            (Group::Family(key), true) => Some(key),
+            (Group::Family(key), Kind::Weighted) => Some(key),
             _ => None,
         })
         .collect();
@@ -52,7 +75,7 @@ pub(super) fn families(image: &LayeredImage) -> Vec<String> {
 /// Longest path, in segments, with a weighted layer of its own an (s, t).
 pub(super) fn longest_pair(image: &LayeredImage) -> Option<u32> {
     let pairs = image.layers.iter().filter_map(|l| match parse(&l.name)? {
-        (Group::Pair(s, t), true) => (s + t).checked_sub(1),
+        (Group::Pair(s, t), Kind::Weighted) => (s + t).checked_sub(1),
         _ => None,
     });
     pairs.max()
@@ -70,14 +93,15 @@ mod tests {
 
     #[test]
     fn names_are_read_and_written() {
-        for (text, group, weighted) in [
-            ("weighted.nee", Group::Family("nee".into()), true),
-            ("unweighted.surf", Group::Family("surf".into()), false),
-            ("weighted.s02t13", Group::Pair(2, 13), true),
-            ("unweighted.s00t02", Group::Pair(0, 2), false),
+        for (text, group, kind) in [
+            ("weighted.nee", Group::Family("nee".into()), Kind::Weighted),
+            ("unweighted.surf", Group::Family("surf".into()), Kind::Unweighted),
+            ("weight.bb1d", Group::Family("bb1d".into()), Kind::Weight),
+            ("weighted.s02t13", Group::Pair(2, 13), Kind::Weighted),
+            ("unweighted.s00t02", Group::Pair(0, 2), Kind::Unweighted),
         ] {
-            assert_eq!(parse(text), Some((group.clone(), weighted)));
-            assert_eq!(name(&group, weighted), text);
+            assert_eq!(parse(text), Some((group.clone(), kind)));
+            assert_eq!(name(&group, kind), text);
         }
         for other in ["", "variance", "weightedXnee", "other.nee"] {
             assert_eq!(parse(other), None);
@@ -95,7 +119,14 @@ mod tests {
     #[test]
     fn families_come_in_the_order_of_the_table() {
         let mut image = LayeredImage::new(Image::new(1, 1));
-        for name in ["weighted.zeta", "weighted.lens", "unweighted.hit", "weighted.hit", "weighted.s01t03"] {
+        for name in [
+            "weighted.zeta",
+            "weighted.lens",
+            "unweighted.hit",
+            "weight.nee",
+            "weighted.hit",
+            "weighted.s01t03",
+        ] {
             image.push(name, Image::new(1, 1));
         }
         assert_eq!(families(&image), ["hit", "lens", "zeta"]);

@@ -1,7 +1,7 @@
 //! The report of an experiment: one self-contained HTML page and figures, from the results on disk.
 //!
 //! The page needs no network and no script: images and plots are within it. It is made of one section a scene, with
-//! ids `scene-<name>-images`, `-metrics`, `-convergence`, `-techniques` and `-pyramid`; every image carries
+//! ids `scene-<name>-contributions`, `-images`, `-metrics`, `-convergence`, `-techniques` and `-pyramid`; every image carries
 //! the EXR that it comes from in `data-exr` and the layer in `data-layer`, relative to the folder of results.
 //!
 //! | file | what it makes |
@@ -10,13 +10,14 @@
 //! | `comparison`, `crops`, `maps` | images side by side, error maps, enlarged parts |
 //! | `table`, `statistics` | metrics with intervals, and who is best |
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
-//! | `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
+//! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
-//! | `markup`, `numbers`, `picture`, `montage` | HTML and SVG, numbers, images as `data:` addresses |
+//! | `markup`, `numbers`, `picture`, `montage`, `raster` | HTML, SVG and PNG, numbers, images as `data:` addresses |
 
 mod axis;
 mod comparison;
 mod context;
+mod contributions;
 mod convergence;
 mod crops;
 mod curve;
@@ -30,6 +31,7 @@ mod palette;
 mod picture;
 mod plot;
 mod pyramid;
+mod raster;
 mod reproduce;
 mod statistics;
 mod table;
@@ -51,11 +53,13 @@ pub struct ReportSummary {
     pub bytes: usize,
     /// The figures beside it, each an SVG file of its own.
     pub figures: Vec<PathBuf>,
+    /// Figures that are PNG files.
+    pub pictures: Vec<PathBuf>,
     /// What could not be shown, such as an image that is missing; the page says so too.
     pub problems: Vec<String>,
 }
 
-/// Reads the results in a folder and writes `index.html` and `figures/*.svg` there, each whole or not at all.
+/// Reads the results in a folder and writes `index.html`, `figures/*.svg` and `figures/*.png` there, each whole or not at all.
 ///
 /// Images that are missing or damaged leave a note in the page.
 ///
@@ -82,7 +86,13 @@ pub fn report_of(dir: &Path, results: &Results) -> Result<ReportSummary> {
         write_bytes(&path, svg.as_bytes())?;
         figures.push(path);
     }
+    let mut pictures = Vec::new();
+    for (name, image) in &context.pictures {
+        let path = folder.join(format!("{name}.png"));
+        image.write(&path)?;
+        pictures.push(path);
+    }
     let page = dir.join("index.html");
     write_bytes(&page, html.as_bytes())?;
-    Ok(ReportSummary { page, bytes: html.len(), figures, problems: context.problems })
+    Ok(ReportSummary { page, bytes: html.len(), figures, pictures, problems: context.problems })
 }

@@ -5,8 +5,9 @@ use super::context::{Context, SceneView, estimate, paragraphs, warnings};
 use super::markup::Markup;
 use super::numbers::{bytes, count, plural, significant};
 use super::palette::css_variables;
-use super::{convergence, pyramid, reproduce, table, techniques};
+use super::{contributions, convergence, pyramid, reproduce, table, techniques};
 use crate::experiment::results::Cell;
+use crate::render::files::all_paths;
 
 /// The style sheet; colours of the estimators are added to it.
 const STYLE: &str = include_str!("style.css");
@@ -170,6 +171,10 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
         m.leaf("h2", &[], &view.scene.label);
         paragraphs(m, "caption", &view.scene.caption);
         warnings(m, "Warnings", &scene_warnings(view));
+        if let Some(paths) = paths(view) {
+            m.leaf("p", &[("class", &"note")], paths);
+        }
+        contributions::section(context, view, m);
         let images = Images::load(context, view);
         if figures.comparison {
             comparison::section(context, view, &images, m);
@@ -186,6 +191,13 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
         }
         layered(context, view, m);
     });
+}
+
+/// Which paths are in the images, where some are left out and all estimators have the same.
+fn paths(view: &SceneView) -> Option<String> {
+    let first = &view.entries.first()?.cell.paths;
+    let same = view.entries.iter().all(|e| e.cell.paths == *first);
+    (same && *first != all_paths()).then(|| format!("Paths {first} alone: all others are left out."))
 }
 
 /// Strips and pyramids: both come from one EXR an estimator, which is read once.

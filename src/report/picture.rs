@@ -20,13 +20,7 @@ pub(super) struct Picture {
 impl Picture {
     /// An image through 2^`stops` and the sRGB curve, at most `most` pixels wide or high; `None` for an empty one.
     pub fn of(image: &Image, stops: f32, most: usize) -> Option<Self> {
-        let factor = factor(image.width, image.height, most);
-        let shown = if factor == 1 {
-            display(image, stops, ToneCurve::Srgb)
-        } else {
-            display(&shrunk(image, factor), stops, ToneCurve::Srgb)
-        };
-        Self::encode(&shown, factor)
+        Self::encode(&displayed(image, stops, most), factor(image.width, image.height, most))
     }
 
     /// A map in false colour, likewise.
@@ -65,6 +59,14 @@ impl Picture {
         }
         attributes.extend_from_slice(more);
         m.void("img", &attributes);
+    }
+}
+
+/// An image through 2^`stops` and the sRGB curve in 8 bits, shrunk to at most `most` pixels wide and high.
+pub(super) fn displayed(image: &Image, stops: f32, most: usize) -> DisplayImage {
+    match factor(image.width, image.height, most) {
+        1 => display(image, stops, ToneCurve::Srgb),
+        factor => display(&shrunk(image, factor), stops, ToneCurve::Srgb),
     }
 }
 

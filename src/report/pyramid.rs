@@ -2,7 +2,7 @@
 
 use super::comparison::shown;
 use super::context::{Context, Entry, SceneView};
-use super::layers::{Group, energy, longest_pair, name};
+use super::layers::{Group, Kind, energy, longest_pair, name};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::{percent, plural};
@@ -76,7 +76,8 @@ pub(super) fn pyramid(
 }
 
 fn row(layers: &LayeredImage, combined: &Image, length: u32, exposure: f32) -> Row {
-    let layer = |s: u32, weighted: bool| layers.layer(&name(&Group::Pair(s, length + 1 - s), weighted));
+    let layer =
+        |s: u32, weighted: bool| layers.layer(&name(&Group::Pair(s, length + 1 - s), Kind::of(weighted)));
     let weighted: Vec<&Image> = (0..=length).filter_map(|s| layer(s, true)).collect();
     let stops = brightening(combined, &weighted);
     let total = energy(combined);
@@ -155,7 +156,7 @@ fn level(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row) {
 fn one(m: &mut Markup, view: &SceneView, entry: &Entry, row: &Row, s: usize, weighted: bool) {
     let kind = if weighted { "weighted" } else { "unweighted" };
     let group = Group::Pair(s as u32, row.length + 1 - s as u32);
-    let layer = name(&group, weighted);
+    let layer = name(&group, Kind::of(weighted));
     m.tag("div", &[("class", &format!("layer {kind}"))], |m| {
         let alt = format!("{} of {}, {layer}", view.scene.label, entry.info.label);
         let picture = row.cells[s].pictures[usize::from(!weighted)].as_ref();

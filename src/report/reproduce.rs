@@ -38,7 +38,12 @@ fn pair(m: &mut Markup, term: &str, text: &str) {
 fn program(results: &Results, m: &mut Markup) {
     let machine = &results.machine;
     m.tag("dl", &[("class", &"facts")], |m| {
-        pair(m, "program", &results.program);
+        let code = if results.rendering.is_empty() {
+            results.program.clone()
+        } else {
+            format!("{}, rendering code {}", results.program, results.rendering)
+        };
+        pair(m, "program", &code);
         pair(
             m,
             "experiment",

@@ -2,33 +2,40 @@
 
 use super::comparison::{energy as energy_text, shown};
 use super::context::{Context, Entry, SceneView};
-use super::layers::{Group, energy, families, name};
+use super::layers::{Group, Kind, energy, families, name};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::significant;
 use super::picture::{Picture, factor};
-use crate::film::Image;
 use crate::film::exr::LayeredImage;
+use crate::film::false_color::Scale;
+use crate::film::{Image, ScalarImage};
 use crate::transport::technique::{TECHNIQUES, TechniqueInfo};
 use rayon::prelude::*;
 
 /// Images of the strip are at most so large; the combined one twice that.
 const SIDE: usize = 400;
 
+/// The kinds of layers, in the order of the rows.
+pub(super) const KINDS: [Kind; 3] = [Kind::Weighted, Kind::Unweighted, Kind::Weight];
+
 /// A technique's layers in an image.
-struct Row<'a> {
-    key: String,
-    info: Option<&'static TechniqueInfo>,
-    weighted: Option<&'a Image>,
-    unweighted: Option<&'a Image>,
-    /// Both as they are shown.
-    pictures: [Option<Picture>; 2],
+pub(super) struct Row<'a> {
+    pub key: String,
+    pub info: Option<&'static TechniqueInfo>,
+    /// By [`KINDS`].
+    layers: [Option<&'a Image>; 3],
+    /// As they are shown.
+    pictures: [Option<Picture>; 3],
     /// Share of the combined image's energy.
-    share: f64,
+    pub share: f64,
+    /// The same of the unweighted contribution, in which a path counts once for each (s, t) that the technique makes it by:
+    /// it may be more than 1.
+    unweighted: f64,
 }
 
-impl Row<'_> {
-    fn label(&self) -> &str {
+impl<'a> Row<'a> {
+    pub fn label(&self) -> &str {
         self.info.map_or(&self.key, |i| i.label)
     }
 
@@ -36,11 +43,66 @@ impl Row<'_> {
         self.info.map_or("", |i| i.symbol)
     }
 
-    /// Weighted over unweighted energy: the mean weight, each path counted by what it carries.
-    fn mean_weight(&self) -> Option<f64> {
-        let ratio = energy(self.weighted?) / energy(self.unweighted?);
-        ratio.is_finite().then_some(ratio)
+    pub fn color(&self) -> &'static str {
+        self.info.map_or("var(--quiet)", |i| i.color)
     }
+
+    pub fn layer(&self, kind: Kind) -> Option<&'a Image> {
+        self.layers[place(kind)]
+    }
+
+    /// What is written under an image of the row.
+    fn fact(&self, kind: Kind) -> String {
+        match kind {
+            Kind::Weighted => energy_text(self.share),
+            Kind::Unweighted => energy_text(self.unweighted),
+            Kind::Weight => self
+                .mean_weight()
+                .map_or("no samples".into(), |w| format!("mean weight {}", significant(w, 2))),
+        }
+    }
+
+    /// The mean of the mean weights over the pixels that have samples.
+    fn mean_weight(&self) -> Option<f64> {
+        let weights = self.layer(Kind::Weight)?.pixels.iter().map(|p| f64::from(p[0])).filter(|w| *w > 0.0);
+        let (sum, count) = weights.fold((0.0, 0.0), |(sum, n), w| (sum + w, n + 1.0));
+        (count > 0.0).then_some(sum / count)
+    }
+}
+
+fn place(kind: Kind) -> usize {
+    KINDS.iter().position(|k| *k == kind).expect("every kind is there")
+}
+
+/// The techniques of an image with layers, by the order of the table; contributions at 2^`stops`, images at most `side`
+/// pixels wide and high.
+pub(super) fn rows<'a>(layers: &'a LayeredImage, combined: &Image, stops: f32, side: usize) -> Vec<Row<'a>> {
+    let total = energy(combined);
+    let row = |key: String| {
+        let group = Group::Family(key.clone());
+        let images = KINDS.map(|kind| layers.layer(&name(&group, kind)));
+        let share = |kind| images[place(kind)].map_or(f64::NAN, |i: &Image| energy(i) / total);
+        let show = |kind| match kind {
+            Kind::Weight => weight_picture(images[place(kind)]?, side),
+            _ => Picture::of(images[place(kind)]?, stops, side),
+        };
+        Row {
+            info: TECHNIQUES.iter().find(|t| t.key == key),
+            pictures: KINDS.map(show),
+            share: share(Kind::Weighted),
+            unweighted: share(Kind::Unweighted),
+            layers: images,
+            key,
+        }
+    };
+    families(layers).into_par_iter().map(row).collect()
+}
+
+/// Weights in false colour from 0 to 1.
+fn weight_picture(weights: &Image, side: usize) -> Option<Picture> {
+    let values = weights.pixels.iter().map(|p| p[0]).collect();
+    let map = ScalarImage { width: weights.width, height: weights.height, values };
+    Picture::of_map(&map, Scale::Linear(1.0), side)
 }
 
 /// The strip of an estimator with technique layers; nothing for others.
@@ -51,26 +113,12 @@ pub(super) fn strip(
     layers: &LayeredImage,
     m: &mut Markup,
 ) {
-    let keys = families(layers);
-    let Some(combined) = layers.layer("").filter(|_| !keys.is_empty()) else { return };
-    let total = energy(combined);
     let stops = view.scene.exposure;
-    let rows: Vec<Row> = keys
-        .into_par_iter()
-        .map(|key| {
-            let group = Group::Family(key.clone());
-            let weighted = layers.layer(&name(&group, true));
-            let unweighted = layers.layer(&name(&group, false));
-            Row {
-                info: TECHNIQUES.iter().find(|t| t.key == key),
-                pictures: [weighted, unweighted].map(|i| Picture::of(i?, stops, SIDE)),
-                share: weighted.map_or(f64::NAN, |i| energy(i) / total),
-                weighted,
-                unweighted,
-                key,
-            }
-        })
-        .collect();
+    let Some(combined) = layers.layer("") else { return };
+    let rows = rows(layers, combined, stops, SIDE);
+    if rows.is_empty() {
+        return;
+    }
     let id = format!("{}-techniques-{}", view.id, context.estimator_slug(entry.index));
     m.tag("article", &[("id", &id), ("class", &"strip"), ("data-estimator", &entry.info.key)], |m| {
         m.leaf("h4", &[], &entry.info.label);
@@ -86,9 +134,8 @@ pub(super) fn strip(
                 energy_bar(m, &rows);
             });
             m.tag("div", &[("class", &"strip-rows")], |m| {
-                images_row(m, view, entry, &rows, true);
-                if shows_unweighted(&rows) {
-                    images_row(m, view, entry, &rows, false);
+                for kind in shown_kinds(&rows) {
+                    images_row(m, view, entry, &rows, kind, &explained(kind, view));
                 }
             });
         });
@@ -98,13 +145,26 @@ pub(super) fn strip(
     context.figures.push((format!("{}-techniques-{slug}", view.slug), figure));
 }
 
-/// A technique that is alone has weight 1: both images are the same.
-fn shows_unweighted(rows: &[Row]) -> bool {
-    rows.len() > 1 && rows.iter().any(|r| r.unweighted.is_some())
+/// The kinds of images that say something: a technique that is alone has weight 1, and both its images are the same.
+pub(super) fn shown_kinds(rows: &[Row]) -> Vec<Kind> {
+    let says = |kind: &Kind| {
+        *kind == Kind::Weighted || rows.len() > 1 && rows.iter().any(|r| r.layer(*kind).is_some())
+    };
+    KINDS.into_iter().filter(says).collect()
+}
+
+/// In short what a row of a strip is.
+fn explained(kind: Kind, view: &SceneView) -> String {
+    let what = match kind {
+        Kind::Weighted => "each times its weight: together they are the image",
+        Kind::Unweighted => "before that: a path counts once for each (s, t) by which the technique makes it",
+        Kind::Weight => "over the samples of a pixel, black 0 to light yellow 1",
+    };
+    format!("{what}; {}", size_note(view, SIDE))
 }
 
 /// Says so where images are shrunk.
-fn size_note(view: &SceneView, most: usize) -> String {
+pub(super) fn size_note(view: &SceneView, most: usize) -> String {
     match factor(view.scene.width, view.scene.height, most) {
         1 => "mean over the runs".into(),
         factor => format!("mean over the runs, at 1/{factor} of its size"),
@@ -112,57 +172,72 @@ fn size_note(view: &SceneView, most: usize) -> String {
 }
 
 /// Shares of the energy as a bar in the techniques' colours.
-fn energy_bar(m: &mut Markup, rows: &[Row]) {
+pub(super) fn energy_bar(m: &mut Markup, rows: &[Row]) {
     m.tag("div", &[("class", &"energy-bar"), ("aria-hidden", &true)], |m| {
         for row in rows.iter().filter(|r| r.share.is_finite() && r.share > 0.0) {
-            let color = row.info.map_or("var(--quiet)", |i| i.color);
-            let style = format!("flex-grow:{:.4};background:{color}", row.share);
+            let style = format!("flex-grow:{:.4};background:{}", row.share, row.color());
             m.tag("span", &[("style", &style), ("title", &row.label())], |_| {});
         }
     });
 }
 
-fn images_row(m: &mut Markup, view: &SceneView, entry: &Entry, rows: &[Row], weighted: bool) {
+/// One kind of image of every technique in a row, with a title and what the row shows.
+pub(super) fn images_row(
+    m: &mut Markup,
+    view: &SceneView,
+    entry: &Entry,
+    rows: &[Row],
+    kind: Kind,
+    explanation: &str,
+) {
     let style = format!("--columns:{}", rows.len().max(2));
-    let (title, what) = if weighted {
-        ("Weighted", "each times its weight: together they are the image")
-    } else {
-        ("Unweighted", "each as it would be alone, on the paths that it can make")
+    let (title, class) = match kind {
+        Kind::Weighted => ("Weighted", "weighted-row"),
+        Kind::Unweighted => ("Unweighted", "unweighted-row"),
+        Kind::Weight => ("Mean weight", "weight-row"),
     };
-    m.tag("div", &[("class", &if weighted { "weighted-row" } else { "unweighted-row" })], |m| {
+    m.tag("div", &[("class", &class)], |m| {
         m.tag("p", &[("class", &"row-title")], |m| {
             m.leaf("b", &[], title);
-            m.text(format!(" – {what}; {}", size_note(view, SIDE)));
+            m.text(format!(" – {explanation}"));
         });
-        m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
-            for row in rows {
-                let picture = &row.pictures[usize::from(!weighted)];
-                m.tag("figure", &[("data-technique", &row.key)], |m| {
-                    let layer = name(&Group::Family(row.key.clone()), weighted);
-                    let alt = format!("{} of {}, {title}", row.label(), entry.info.label);
-                    shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
-                    m.tag("figcaption", &[], |m| caption(m, row, weighted));
-                });
-            }
-        });
+        let label = format!("{title}: a technique an image");
+        m.tag(
+            "div",
+            &[
+                ("class", &"row"),
+                ("style", &style),
+                ("tabindex", &0),
+                ("role", &"region"),
+                ("aria-label", &label),
+            ],
+            |m| {
+                for row in rows {
+                    let picture = &row.pictures[place(kind)];
+                    m.tag("figure", &[("data-technique", &row.key)], |m| {
+                        let layer = name(&Group::Family(row.key.clone()), kind);
+                        let alt = format!("{} of {}, {title}", row.label(), entry.info.label);
+                        shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
+                        m.tag("figcaption", &[], |m| caption(m, row, kind));
+                    });
+                }
+            },
+        );
     });
 }
 
-fn caption(m: &mut Markup, row: &Row, weighted: bool) {
+fn caption(m: &mut Markup, row: &Row, kind: Kind) {
     m.tag("b", &[], |m| {
-        let style = format!("background:{}", row.info.map_or("var(--quiet)", |i| i.color));
+        let style = format!("background:{}", row.color());
         m.tag("span", &[("class", &"swatch"), ("style", &style)], |_| {});
         m.text(row.label());
     });
     m.leaf("span", &[("class", &"symbol")], row.symbol());
-    if weighted {
-        m.leaf("span", &[("class", &"fact")], energy_text(row.share));
-    } else if let Some(weight) = row.mean_weight() {
-        m.leaf("span", &[("class", &"fact")], format!("mean weight {}", significant(weight, 2)));
-    }
+    m.leaf("span", &[("class", &"fact")], row.fact(kind));
 }
 
-fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row]) -> String {
+/// The same as a figure of its own.
+pub(super) fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row]) -> String {
     let mut montage =
         Montage::new(format!("{}: techniques of {}", view.scene.label, entry.info.label), 170.0);
     let stops = view.scene.exposure;
@@ -173,17 +248,12 @@ fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row]) -> St
         pixelated: false,
     };
     montage.push(0, tile(Picture::of(combined, stops, SIDE), &entry.info.label, String::new()));
-    for row in rows {
-        montage.push(1, tile(row.pictures[0].clone(), row.label(), energy_text(row.share)));
-    }
-    montage.name_row(1, "weighted");
-    if shows_unweighted(rows) {
+    for (line, kind) in shown_kinds(rows).into_iter().enumerate() {
         for row in rows {
-            let fact =
-                row.mean_weight().map_or(String::new(), |w| format!("mean weight {}", significant(w, 2)));
-            montage.push(2, tile(row.pictures[1].clone(), row.label(), fact));
+            let tile = tile(row.pictures[place(kind)].clone(), row.label(), row.fact(kind));
+            montage.push(line + 1, tile);
         }
-        montage.name_row(2, "unweighted");
+        montage.name_row(line + 1, ["weighted", "unweighted", "mean weight"][place(kind)]);
     }
     montage.svg()
 }

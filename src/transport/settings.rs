@@ -1,7 +1,7 @@
 //! What a render is asked for.
 
 use super::expression::Expression;
-use super::merge::{MERGES, MergeSettings};
+use super::merge::{MERGES, MergeSettings, PathCount, Radius, auto};
 use super::technique::{Technique, TechniqueSet};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ pub enum Layers {
     /// The combined image and its variance only.
     #[default]
     None,
-    /// Weighted and unweighted contribution of each technique family.
+    /// Weighted and unweighted contribution and mean weight of each technique family.
     Families,
     /// Families, and weighted and unweighted contribution of each (s, t) up to `pyramid` segments.
     All,
@@ -108,6 +108,19 @@ impl Settings {
             )));
         }
         Ok(())
+    }
+
+    /// These settings with every radius and count of merges as a number, chosen from the scene where it was left open: a render
+    /// with them is the same, and another one with another seed merges with the same radii and counts.
+    pub fn pinned(&self, scene: &Scene) -> Self {
+        let mut pinned = *self;
+        let gathers = auto::resolve(scene, self);
+        for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| self.techniques.has(*t)) {
+            let now = gathers.of(technique);
+            pinned.merging.of[i].radius = Radius::Absolute(now.radius);
+            pinned.merging.of[i].paths = PathCount::Absolute(now.paths);
+        }
+        pinned
     }
 
     /// Whether light subpaths are walked at all.

@@ -37,6 +37,8 @@ type Sums = Vec<[f64; 3]>;
 #[derive(Default)]
 struct Expected {
     layers: HashMap<String, Sums>,
+    /// Sum of the weights and number of the samples that carry anything.
+    weights: HashMap<Technique, Vec<[f64; 2]>>,
     /// The combined image of each iteration.
     frames: Vec<Sums>,
 }
@@ -64,6 +66,10 @@ impl Expected {
                 let sums = self.layers.entry(kind.name()).or_insert_with(|| vec![[0.0; 3]; pixels()]);
                 put(sums, value);
             }
+        }
+        if sample.contribution != Rgb::ZERO {
+            let sums = self.weights.entry(technique).or_insert_with(|| vec![[0.0; 2]; pixels()]);
+            sums[i] = [sums[i][0] + f64::from(sample.weight), sums[i][1] + 1.0];
         }
         put(self.frames.last_mut().expect("an iteration"), sample.contribution * sample.weight);
     }
@@ -128,6 +134,13 @@ fn the_film_holds_what_the_subpaths_made() {
     let n = ITERATIONS as f64;
     let mut used = 0;
     for (kind, image) in film.layers() {
+        if let ImageKind::Weight { technique } = kind {
+            let sums = &expected.weights[&technique];
+            let mean = |i: usize, _| if sums[i][1] > 0.0 { sums[i][0] / sums[i][1] } else { 0.0 };
+            assert_close(&kind.name(), &image, mean, 1e-6);
+            assert!(image.pixels.iter().all(|p| p[0] == p[1] && p[1] == p[2] && p[0] <= 1.0));
+            continue;
+        }
         let sums = expected.layers.get(&kind.name());
         used += usize::from(sums.is_some());
         assert_close(&kind.name(), &image, |i, c| sums.map_or(0.0, |s| s[i][c] / n), 1e-6);
@@ -189,4 +202,40 @@ fn what_is_not_finite_is_counted() {
     assert_eq!(sum, [0.5, 1.0, 1.5], "only what is finite is on the film");
     let all_finite = |image: &Image| image.pixels.iter().flatten().all(|v| v.is_finite());
     assert!(film.layers().iter().all(|(_, image)| all_finite(image)));
+}
+
+/// A mean weight counts samples: not what they carry, not those that carry nothing, not those that are dropped. Bugs that this
+/// keeps out: the quotient of weighted and unweighted image, a mean over iterations, a black sample that counts.
+#[test]
+fn mean_weights_count_samples() {
+    let scene = scene();
+    let settings = Settings { layers: Layers::Families, ..Settings::new(TechniqueSet::of_connections()) };
+    let mut film = Film::new(&scene.camera, &settings);
+    let sample = |contribution, weight| Sample {
+        technique: Technique::Connect,
+        s: 2,
+        t: 2,
+        contribution: Rgb::splat(contribution),
+        weight,
+    };
+    for iteration in 0..2 {
+        film.for_each_band(|band| {
+            if band.index == 0 && iteration == 0 {
+                for (contribution, weight) in
+                    [(100.0, 0.75), (1.0, 0.0), (1e-3, 0.75), (0.0, 1.0), (f32::NAN, 1.0)]
+                {
+                    band.record(3, &sample(contribution, weight));
+                }
+            }
+        });
+        film.end_iteration();
+    }
+    let layers = film.layers();
+    let of = |technique| &layers.iter().find(|(k, _)| *k == ImageKind::Weight { technique }).unwrap().1;
+    assert_eq!(of(Technique::Connect).pixels[3], [0.5; 3], "(0.75 + 0 + 0.75) / 3");
+    assert_eq!(of(Technique::Connect).pixels.iter().filter(|p| p[0] > 0.0).count(), 1);
+    assert!(of(Technique::Hit).pixels.iter().all(|p| *p == [0.0; 3]), "0 where there is no sample");
+    let sums = film.weights();
+    let (kind, sums) = &sums[Technique::Connect.index()];
+    assert_eq!((*kind, sums[3]), (ImageKind::Weight { technique: Technique::Connect }, [1.5, 3.0]));
 }

@@ -75,7 +75,7 @@ fn the_page_has_every_section() {
     assert_eq!(summary.problems, Vec::<String>::new());
     let html = std::fs::read_to_string(&summary.page).unwrap();
     check(&html, &summary);
-    for part in ["images", "strip", "metrics", "convergence", "techniques", "pyramid"] {
+    for part in ["contributions", "images", "strip", "metrics", "convergence", "techniques", "pyramid"] {
         for scene in ["scene0", "scene1"] {
             assert!(html.contains(&format!("id=\"scene-{scene}-{part}\"")), "no {part} of {scene}");
         }
@@ -91,7 +91,11 @@ fn the_page_has_every_section() {
         "This is made up.",
         "no connection to the lens goes through it",
         "of the energy",
-        "mean weight",
+        "mean weight 0.25",
+        "Weighted contributions: bidirectional path tracing",
+        "data-layer=\"weight.connect\"",
+        "90.0 % of the energy",
+        "rendering code 0123456789abcdef",
         "exposure ×",
         "slope −0.987\u{a0}±\u{a0}0.034",
         "slope −1<",
@@ -123,15 +127,68 @@ fn without_layers_there_are_no_strips() {
     assert!(html.contains("-convergence\""));
 }
 
+/// The first figure of a scene is that of the contributions, with three images a technique; it is a PNG too.
+#[test]
+fn contributions_come_first() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut r = results(dir.path(), &Options { size: (300, 200), ..Options::default() });
+    r.cells[2].paths = "media".into();
+    let (html, summary) = page(dir.path(), &r);
+    let start = html.find("id=\"scene-scene0-contributions\"").unwrap();
+    let section = &html[start..start + html[start..].find("</section>").unwrap()];
+    assert!(start < html.find("id=\"scene-scene0-images\"").unwrap());
+    assert!(html[..start].find("<img").is_none(), "no image comes before");
+    for layer in ["weighted", "unweighted", "weight"] {
+        let of = |key: &&str| section.contains(&format!("data-layer=\"{layer}.{key}\""));
+        assert!(["hit", "nee", "connect", "lens"].iter().all(of), "{layer}");
+    }
+    assert!(section.contains("paths media alone"));
+    assert_eq!(section.matches("% of the energy").count(), 2 * 4, "weighted and unweighted");
+    assert_eq!(section.matches("mean weight 0.25").count(), 4);
+    let names: Vec<_> = summary.pictures.iter().map(|p| p.file_name().unwrap().to_owned()).collect();
+    assert_eq!(names, ["scene0-contributions-bpt.png"]);
+    let bytes = std::fs::read(&summary.pictures[0]).unwrap();
+    let info = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap().info().clone();
+    // Four tiles at half the size, and the image over them.
+    assert_eq!(info.width, 4 * (150 + 8) + 8);
+    assert!(info.height > 200 + 100);
+    // Without layers there is none, and nothing is said to be missing.
+    let r = results(dir.path(), &Options { layers: false, ..Options::default() });
+    let (html, summary) = page(dir.path(), &r);
+    assert!(!html.contains("-contributions\"") && summary.pictures.is_empty() && summary.problems.is_empty());
+}
+
+/// Results from before there were mean weights and what came with them.
+#[test]
+fn layers_without_weights_are_shown_as_far_as_they_go() {
+    let dir = tempfile::tempdir().unwrap();
+    let r = results(dir.path(), &Options::default());
+    let path = dir.path().join("scene0/bpt/mean.exr");
+    let mut file = crate::film::exr::read_layers(&path).unwrap();
+    file.layers.retain(|l| !l.name.starts_with("weight."));
+    crate::film::exr::write(&path, &file).unwrap();
+    let (html, _) = page(dir.path(), &r);
+    let start = html.find("id=\"scene-scene0-contributions\"").unwrap();
+    let section = &html[start..start + html[start..].find("</section>").unwrap()];
+    assert!(section.contains("class=\"unweighted-row\"") && !section.contains("class=\"weight-row\""));
+}
+
 #[test]
 fn figures_that_are_not_wanted_are_not_made() {
     let dir = tempfile::tempdir().unwrap();
     let mut r = results(dir.path(), &Options::default());
-    r.figures =
-        Figures { strip: false, comparison: false, techniques: false, pyramid: None, convergence: false };
+    r.figures = Figures {
+        contributions: None,
+        strip: false,
+        comparison: false,
+        techniques: false,
+        pyramid: None,
+        convergence: false,
+    };
     let (html, summary) = page(dir.path(), &r);
     assert!(html.contains("-metrics\"") && summary.figures.is_empty());
-    for part in ["images", "strip", "convergence", "techniques", "pyramid"] {
+    assert!(summary.pictures.is_empty());
+    for part in ["contributions", "images", "strip", "convergence", "techniques", "pyramid"] {
         assert!(!html.contains(&format!("id=\"scene-scene0-{part}\"")), "{part}");
     }
 }

@@ -110,6 +110,10 @@ fn add_layers(out: &mut LayeredImage, image: &Image, techniques: &[&str]) {
         };
         out.push(format!("weighted.{key}"), scaled(image, |x, _| tilt(x)));
         out.push(
+            format!("weight.{key}"),
+            scaled(&Image::from_fn(image.width, image.height, |_, _| [1.0; 3]), |x, _| tilt(x)),
+        );
+        out.push(
             format!("unweighted.{key}"),
             scaled(image, |_, y| if i == 1 && y % 3 == 0 { 0.0 } else { 0.9 }),
         );
@@ -218,6 +222,7 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
         estimator: key.into(),
         min_length: 1,
         max_length: 64,
+        paths: "all".into(),
         summary: METRICS
             .iter()
             .map(|m| Summary { metric: m.0.into(), value: over(&|r| r.metrics[m.0]) })
@@ -316,6 +321,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
         description: "Path tracing, light tracing and both together at equal time.\n\nThe second paragraph."
             .into(),
         program: "tyndall 0.1.0".into(),
+        rendering: "0123456789abcdef".into(),
         machine: Machine { cpu: "a processor of the tests".into(), cores: 2, threads: 2 },
         started: "2026-01-01T00:00:00Z".into(),
         finished: "2026-01-01T00:03:00Z".into(),
@@ -326,6 +332,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
         estimators: options.estimators.iter().enumerate().map(|(i, (k, l))| info(i, k, l)).collect(),
         cells,
         figures: Figures {
+            contributions: Some("bpt".into()),
             strip: true,
             comparison: true,
             techniques: true,
