@@ -263,6 +263,95 @@ fn references_have_the_paths_that_they_are_compared_with() {
     assert_eq!(warned(&results(&bench)), [true, true]);
 }
 
+/// A scene may be there twice, for other paths: each has a reference of its own paths, and is measured against that.
+#[test]
+fn scenes_may_have_paths_of_their_own() {
+    let bench = Bench::new();
+    let twice =
+        "\n[[scene]]\nfile = \"small\"\nname = \"caustics\"\npaths = \"ES*DS+L\"\n\n[[estimator]]\npreset";
+    let text = EXPERIMENT.replace("runs = 3", "runs = 1").replacen("\n[[estimator]]\npreset", twice, 1);
+    bench.write("experiment.toml", &text);
+    bench.succeed("run experiment.toml --set estimator.all.paths=surfaces");
+    let results = results(&bench);
+    let paths = |scene, estimator| results.cell(scene, estimator).unwrap().paths.as_str();
+    assert_eq!([paths("small", "pt"), paths("caustics", "pt")], ["all", "ES*DS+L"]);
+    assert_eq!(
+        [paths("small", "all"), paths("caustics", "all")],
+        ["surfaces"; 2],
+        "the estimator's come first"
+    );
+    let reference = |i: usize| results.scenes[i].reference.as_ref().unwrap().paths.clone().unwrap();
+    assert_eq!([reference(0), reference(1)], ["all", "ES*DS+L"]);
+    let warned = |scene, estimator| {
+        let warnings = &results.cell(scene, estimator).unwrap().warnings;
+        warnings.iter().any(|w| w.contains("those of the reference"))
+    };
+    assert!(!warned("small", "pt") && !warned("caustics", "pt") && warned("caustics", "all"));
+    let mean = |scene| results.cell(scene, "pt").unwrap().runs[0].mean[0];
+    assert!(mean("caustics") < 0.5 * mean("small"), "paths were left out");
+    let page = std::fs::read_to_string(bench.path("results/experiment/index.html")).unwrap();
+    assert!(page.contains("those of the reference"));
+}
+
+/// Bugs that this keeps out: a reference with other radii, counts or kernels taken for the one that is asked for, and
+/// merges that the metadata do not tell.
+#[test]
+fn references_may_merge() {
+    let bench = Bench::new();
+    let vcm = "preset = \"vcm\"\nmerge = { surf = { radius = 0.02, paths = 100 } }\nspp = 24";
+    let text = EXPERIMENT.replace("runs = 3", "runs = 1").replace("preset = \"bpt\"\nspp = 24", vcm);
+    bench.write("experiment.toml", &text);
+    let folders = || -> HashSet<_> {
+        let blocks = bench.files().into_iter().filter(|f| f.to_string_lossy().contains("/block-"));
+        blocks.map(|f| f.parent().unwrap().to_owned()).collect()
+    };
+    bench.succeed("run experiment.toml --cache cache");
+    let block = bench.files().into_iter().find(|f| f.to_string_lossy().contains("/block-")).unwrap();
+    let file = read_layers(block).unwrap();
+    let settings: serde_json::Value = serde_json::from_str(file.text("tyndall.settings").unwrap()).unwrap();
+    let surf = &settings["merging"]["techniques"]["surf"];
+    assert!((surf["radius"].as_f64().unwrap() - 0.02).abs() < 1e-8 && surf["paths"] == 100, "{settings}");
+    assert_eq!(settings["merging"]["kernel"], "constant");
+    assert_eq!(file.text("tyndall.rendering").map(str::len), Some(16));
+    let mut known = folders().len();
+    assert_eq!(known, 1);
+    for change in
+        ["surf={radius=0.03,paths=100}", "surf={radius=0.02,paths=99}", "kernel=epanechnikov", "surf.alpha=1"]
+    {
+        bench.succeed(&format!("run experiment.toml --cache cache --set reference.merge.{change}"));
+        known += 1;
+        assert_eq!(folders().len(), known, "{change} is another reference");
+    }
+    let (_, err) = bench.succeed("run experiment.toml --cache cache");
+    assert!(err.contains("reference of 24 spp found"), "{err}");
+}
+
+/// The estimator that is named keeps its layers, mean weights among them, and the figure is made.
+#[test]
+fn contributions_are_kept_for_the_estimator_that_is_named() {
+    let bench = Bench::new();
+    let text = EXPERIMENT.replace("layers = \"families\"\n", "").replace("runs = 3", "runs = 2");
+    bench.write("experiment.toml", &format!("{text}\n[figures]\ncontributions = \"all\"\n"));
+    bench.succeed("run experiment.toml");
+    let results = results(&bench);
+    assert!(results.cell("small", "pt").unwrap().files.layers.is_empty());
+    let cell = results.cell("small", "all").unwrap();
+    let root = bench.path("results/experiment");
+    assert!(root.join("figures/small-contributions-all.png").is_file());
+    let file = read_layers(root.join(&cell.files.mean_exr)).unwrap();
+    for key in ["hit", "nee", "connect", "lens"] {
+        let [weighted, unweighted, weight] = ["weighted", "unweighted", "weight"]
+            .map(|kind| file.layer(&format!("{kind}.{key}")).unwrap_or_else(|| panic!("{kind}.{key}")));
+        for i in 0..weight.pixels.len() {
+            let w = weight.pixels[i][0];
+            assert!((0.0..=1.0).contains(&w));
+            let lit = unweighted.pixels[i] != [0.0; 3];
+            assert_eq!(weighted.pixels[i] != [0.0; 3], w > 0.0 && lit, "{key}, pixel {i}");
+        }
+        assert!(weight.pixels.iter().any(|p| p[0] > 0.0), "{key}");
+    }
+}
+
 #[test]
 fn time_is_shared_out_evenly() {
     let bench = Bench::new();
@@ -317,14 +406,41 @@ fn the_experiments_of_the_project_can_be_read() {
         names,
         [
             "bpt-vs-pt",
+            "contributions",
             "light-tracing",
             "media-bpt",
             "media-bpt-only-media",
             "pt-lt-bpt",
             "pyramid",
-            "quickstart"
+            "quickstart",
+            "upbp-still-life",
+            "vcm"
         ]
     );
+}
+
+/// What the README shows can be run: its scene and its experiment are read as they stand there.
+#[test]
+fn the_readme_shows_what_can_be_read() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let blocks: Vec<&str> =
+        readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    let [scene, experiment] = blocks[..] else { panic!("a scene and an experiment") };
+    let bench = Bench::new();
+    bench.write("small/scene.toml", scene);
+    tyndall::scene::file::load(&bench.path("small/scene.toml"), &Default::default()).unwrap();
+    let scenes = root.join("scenes");
+    bench.write("experiment.toml", &experiment.replace("../scenes", scenes.to_str().unwrap()));
+    let plan = tyndall::experiment::plan::read(&bench.path("experiment.toml"), &[]).unwrap();
+    assert_eq!(plan.estimators.len(), 3);
+    for name in readme.split('`').filter(|word| word.ends_with(".toml") && !word.contains([' ', '/'])) {
+        assert!(root.join("experiments").join(name).is_file(), "there is no experiment {name}");
+    }
+    let pictures = readme.split("](").skip(1).map(|rest| rest.split(')').next().unwrap());
+    for picture in pictures {
+        assert!(root.join(picture).is_file(), "there is no picture {picture}");
+    }
 }
 
 #[test]
@@ -364,6 +480,14 @@ fn wrong_experiments_are_pointed_at() {
             "file = \"small/scene.toml\"\npaths = \"media\"",
             &["experiment.toml:8:8", "not both"],
         ),
+        (
+            "spp = 24",
+            "spp = 24\nmerge = { first = true }",
+            &["experiment.toml:10:9", "cannot be weighted then"],
+        ),
+        ("spp = 24", "spp = 24\nmerge = { surf = { radius = -1 } }", &["experiment.toml:10:9", "above 0"]),
+        ("spp = 24", "spp = 24\n[figures]\ncontributions = \"al\"", &["`al`", "did you mean `all`"]),
+        ("exposure = 0.5", "paths = \"medai\"", &["experiment.toml:13:9", "did you mean `media`?"]),
     ] {
         assert!(EXPERIMENT.contains(from), "{from}");
         bench.write("experiment.toml", &EXPERIMENT.replacen(from, to, 1));
