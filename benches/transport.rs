@@ -53,7 +53,7 @@ fn camera_paths(scene: &Scene, settings: &Settings, partners: &Partners) -> u64 
 
 /// The constants of an iteration without merges.
 fn pass(settings: &Settings) -> Pass {
-    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE))
+    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE), Vec::new())
 }
 
 /// Stored light vertices, by subpath.

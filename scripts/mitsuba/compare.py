@@ -39,8 +39,9 @@ CASE_FOLDER = os.path.join(ROOT, "..", "shared", "cases", "mitsuba")
 CASES = {"surface_box": 128, "fog_box": 128, "index_matched_ball": 128}
 ESTIMATORS = ["pt", "bpt"]
 TILE = 8
-# Means may differ by this, relatively, through rounding to single precision.
-ROUNDING = 1e-5
+# Means may differ by this, relatively, through rounding: Mitsuba sums up thousands of samples in single precision, which
+# shows (at 1e-5) where a tile sees nothing but a lamp and has no variance.
+ROUNDING = 1e-4
 # The case's standard errors come from at least eight batches.
 CASE_FREEDOM = 7
 

@@ -1,6 +1,6 @@
 //! What the command line takes: the one list of commands and options. `--help` comes from here.
 
-use crate::transport::settings::Layers;
+use crate::transport::settings::{Connections, Layers};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -76,6 +76,9 @@ pub struct RenderArgs {
     /// How techniques are weighted.
     #[arg(long, value_enum, default_value_t = HeuristicArg::Balance)]
     pub heuristic: HeuristicArg,
+    /// Which connections between subpaths are made.
+    #[arg(long, value_enum, default_value_t = ConnectionsArg::Thinned)]
+    pub connections: ConnectionsArg,
     /// How merges are made, as in --merge bb1d.radius=0.01 or --merge 'surf.paths={per_pixel=0.5}'.
     #[arg(long, value_name = "KEY=VALUE")]
     pub merge: Vec<String>,
@@ -126,6 +129,24 @@ pub enum HeuristicArg {
     Balance,
     /// Proportional to the squares of their densities.
     Power,
+}
+
+/// `--connections`.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConnectionsArg {
+    /// A share of them in media that scatter light many times.
+    Thinned,
+    /// All with all.
+    All,
+}
+
+impl From<ConnectionsArg> for Connections {
+    fn from(arg: ConnectionsArg) -> Self {
+        match arg {
+            ConnectionsArg::Thinned => Self::Thinned,
+            ConnectionsArg::All => Self::All,
+        }
+    }
 }
 
 /// `--layers`.

@@ -75,6 +75,7 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
     settings.max_length = args.max_length.or(defaults.max_length).unwrap_or(settings.max_length);
     settings.paths = Expression::parse(&args.paths)?;
     let first = args.techniques.is_empty() && preset(&args.estimator)?.first;
+    settings.connections = args.connections.into();
     settings.merging = MergeDef::parse(&args.merge)?.resolve(first);
     settings.seed = args.seed;
     settings.layers = args.layers.into();

@@ -27,7 +27,7 @@
 
 use crate::scene::file::values::{Count, Number, Positive};
 use crate::transport::merge::MergeDef;
-use crate::transport::settings::Layers;
+use crate::transport::settings::{Connections, Layers};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -158,6 +158,9 @@ pub struct EstimatorDef {
     pub techniques: Option<Spanned<Vec<String>>>,
     /// `balance` or `power`; default `balance`.
     pub heuristic: Option<HeuristicDef>,
+    /// `thinned` or `all`: whether only a share of the connections is made in media that scatter light many times; default
+    /// `thinned`.
+    pub connections: Option<Connections>,
     /// How merges are made.
     pub merge: Option<Spanned<MergeDef>>,
     /// The power heuristic's exponent; default 2.

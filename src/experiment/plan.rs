@@ -10,7 +10,7 @@ use crate::scene::RenderDefaults;
 use crate::scene::file::source::Source;
 use crate::transport::expression::Expression;
 use crate::transport::merge::MergeSettings;
-use crate::transport::settings::{Heuristic, Layers, Settings};
+use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
 use crate::transport::technique::TechniqueSet;
 use std::path::{Path, PathBuf};
 
@@ -122,6 +122,8 @@ pub struct EstimatorPlan {
     pub techniques: TechniqueSet,
     /// How these are weighted.
     pub heuristic: Heuristic,
+    /// Which connections are made.
+    pub connections: Connections,
     /// The estimator's own.
     pub lengths: Lengths,
     /// How merges are made.
@@ -176,6 +178,7 @@ impl Plan {
     ) -> Result<Settings> {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
+        settings.connections = estimator.connections;
         settings.merging = estimator.merging;
         settings.paths = estimator.paths.unwrap_or(scene.paths);
         settings.layers = estimator.layers;

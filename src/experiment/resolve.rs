@@ -164,6 +164,7 @@ impl Resolver<'_> {
             color,
             techniques,
             heuristic: self.heuristic(def)?,
+            connections: def.connections.unwrap_or_default(),
             merging: self.merging(&def.merge, &def.preset, techniques)?,
             lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },
             paths: self.paths(&def.paths)?,

@@ -7,7 +7,7 @@ use crate::film::exr::LayeredImage;
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings, auto};
-use crate::transport::settings::{Heuristic, Layers, Settings};
+use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
 use crate::transport::technique::Technique;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -43,6 +43,9 @@ pub struct Resolved {
     /// Which paths counted: a light path expression, as it was given.
     #[serde(default = "all_paths")]
     pub paths: String,
+    /// Which connections between subpaths were made, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub connections: Option<Connections>,
     /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merging: Option<ResolvedMerging>,
@@ -110,6 +113,7 @@ impl Resolved {
             min_length: settings.min_length,
             max_length: settings.max_length,
             paths: settings.paths.to_string(),
+            connections: settings.techniques.has(Technique::Connect).then_some(settings.connections),
             merging: ResolvedMerging::new(scene, settings),
             seed: settings.seed.to_string(),
             layers: settings.layers,

@@ -7,6 +7,7 @@ use crate::scene::Scene;
 use crate::transport::Renderer;
 use crate::transport::merge::MERGES;
 use crate::transport::settings::Settings;
+use crate::transport::technique::Technique;
 use std::time::Instant;
 
 /// A render to be done.
@@ -37,7 +38,7 @@ pub struct Outcome {
     pub light_vertices: u64,
     /// Photon beams that were stored.
     pub beams: u64,
-    /// How merges gathered in the first iteration, in words, by the technique's key; empty without merges.
+    /// How merges gathered in the first iteration and connections were thinned out, in words, by the technique's key.
     pub merges: Vec<(&'static str, String)>,
     /// Whether it was stopped before its budget was used up.
     pub partial: bool,
@@ -63,7 +64,7 @@ impl Job<'_> {
             light_paths: 0,
             light_vertices: 0,
             beams: 0,
-            merges: gathered(&renderer),
+            merges: thinned(self.scene, &renderer).into_iter().chain(gathered(&renderer)).collect(),
             partial: false,
         };
         while self.budget.goes_on(outcome.film.iterations(), outcome.seconds) {
@@ -83,6 +84,15 @@ impl Job<'_> {
         }
         Ok(outcome)
     }
+}
+
+/// How connections are thinned out in media, if they are.
+fn thinned(scene: &Scene, renderer: &Renderer) -> Option<(&'static str, String)> {
+    let names = scene.notes.medium_names.iter().zip(renderer.shares());
+    let words: Vec<String> =
+        names.filter(|(_, g)| **g < 1.0).map(|(name, g)| format!("{:.3} in {name}", g * g)).collect();
+    (!words.is_empty())
+        .then(|| (Technique::Connect.info().key, format!("share of the connections: {}", words.join(", "))))
 }
 
 /// How the merges that are on gather in the first iteration.

@@ -3,7 +3,7 @@
 use super::expression::{Expression, Label};
 use super::merge::photons::{Photons, parts};
 use super::merge::{beam_beam, beam_point, point_beam, point_point, surface};
-use super::mis::{Link, Pending, connection_weight};
+use super::mis::{Link, connection_weight};
 use super::pass::Pass;
 use super::sink::{Joint, Sink, Start};
 use super::technique::Technique;
@@ -14,7 +14,7 @@ use crate::geometry::{Ray, shadow_ray};
 use crate::light::LightPoint;
 use crate::math::{Rgb, Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
-use glam::{UVec2, Vec3A};
+use glam::UVec2;
 
 /// What a camera subpath is joined with.
 #[derive(Clone, Copy)]
@@ -38,21 +38,7 @@ pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partne
     let (u_film, u_lens) = (random.next_2d(), random.next_2d());
     let ray = scene.camera.sample_ray(pixel, u_film, u_lens);
     sink.start(&Start::Lens(ray.origin));
-    let flight = Flight {
-        ray: Ray::new(ray.origin, ray.dir),
-        from: ray.origin,
-        inside: scene.camera_inside,
-        rate: Rgb::ONE,
-        throughput: Rgb::ONE,
-        pdf: ray.pdf,
-        cosine: 1.0,
-        infinite: false,
-        specular: false,
-        // No light subpath hits the lens by itself: c_{k+1} = 0.
-        sum: Pending::NONE,
-        length: 0,
-        trail: u32::from(settings.paths.start()),
-    };
+    let flight = Flight::from_lens(scene, pass, Ray::new(ray.origin, ray.dir), ray.pdf);
     let on = |t| pass.on(t);
     let mut path = CameraPath {
         scene,
@@ -208,9 +194,32 @@ impl<S: Sink> CameraPath<'_, S> {
         self.sink.record(&sample, &Joint::NextEvent(light.point));
     }
 
-    /// s ≥ 2, t ≥ 2: `vertex` is connected to the light vertex `index` of the partner.
+    /// s ≥ 2, t ≥ 2: `vertex` is connected to the light vertices of the partner, or to a share of them.
     #[inline]
-    fn connect(&mut self, vertex: &Vertex, index: usize) {
+    fn connect_all(&mut self, vertex: &Vertex, random: &mut Stream) {
+        let own = self.pass.share(&vertex.place);
+        // Whole numbers that the running sum of the shares passes: each connection with the probability that is its
+        // share, and as many in all as the sum says.
+        // Drawn whatever the partner has, so that the lengths that count change no other random number.
+        let mut sum = if self.pass.shares.is_empty() { 0.0 } else { random.next_1d() };
+        for index in 0..self.partners.vertices.len() {
+            let other = &self.partners.vertices[index];
+            let count = own * self.pass.share(&other.place);
+            sum += count;
+            if sum < 1.0 {
+                continue;
+            }
+            sum -= 1.0;
+            // s + t - 1 segments, with s and t one more than the lengths.
+            if self.counts(other.length + vertex.length + 1) {
+                self.connect(vertex, index, count);
+            }
+        }
+    }
+
+    /// `vertex` is connected to the light vertex `index` of the partner, with the probability `count`.
+    #[inline]
+    fn connect(&mut self, vertex: &Vertex, index: usize, count: f32) {
         let other = &self.partners.vertices[index];
         let ends = self.pass.settings.paths.before(other.trail, other.joint_label());
         if !self.accepts(self.joined_trail(vertex), ends) {
@@ -228,7 +237,7 @@ impl<S: Sink> CameraPath<'_, S> {
             * at_camera.value
             * at_light.value
             * other.throughput
-            * (camera_geometry * light_cosine);
+            * (camera_geometry * light_cosine / count);
         if contribution == Rgb::ZERO {
             return;
         }
@@ -254,7 +263,7 @@ impl<S: Sink> CameraPath<'_, S> {
             to_camera,
         ));
         let weight = connection_weight(
-            self.connect,
+            self.raise(count),
             other.link.close(light_merges, self.raise(at_light.pdf_camera), self.raise(reverse)),
             vertex.link.close(camera_merges, self.raise(at_camera.pdf_light), self.raise(forward)),
         );
@@ -290,14 +299,15 @@ impl<S: Sink> CameraPath<'_, S> {
     /// Merges along an edge that was flown for the distance `flown`.
     fn merge_beam(&mut self, photons: &Photons, flight: &Flight, flown: f32) {
         let (scene, pass) = (self.scene, self.pass);
-        let count = match flight.length {
-            _ if flight.specular => 0.0,
-            0 => self.lens,
-            _ => self.connect,
-        };
         let sink = &mut *self.sink;
         let mut record = |sample: &Sample, meeting| sink.record(sample, &Joint::Merge(meeting));
+        let (lens, connect) = (self.lens, self.connect);
         parts(scene, pass, Mode::Radiance, flight, flown, |stretch| {
+            let count = match flight.length {
+                _ if flight.specular => 0.0,
+                0 => lens,
+                _ => connect * pass.raise(flight.share * pass.share_in(stretch.index)),
+            };
             if pass.on(Technique::PointBeam) {
                 point_beam::gather(scene, pass, photons, flight, stretch, count, &mut record);
             }
@@ -312,8 +322,12 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
     const MODE: Mode = Mode::Radiance;
 
     #[inline]
-    fn count(&self, length: u32, _position: Vec3A) -> f32 {
-        if length == 1 { self.lens } else { self.connect }
+    fn count(&self, flight: &Flight, place: &Place) -> f32 {
+        if flight.length == 0 {
+            self.lens
+        } else {
+            self.connect * self.raise(flight.share * self.pass.share(place))
+        }
     }
 
     #[inline]
@@ -351,11 +365,8 @@ impl<S: Sink> Visitor for CameraPath<'_, S> {
         if let Some(photons) = self.partners.photons {
             self.merge(photons, vertex);
         }
-        for index in 0..self.partners.vertices.len() {
-            // s + t - 1 segments, with s and t one more than the lengths.
-            if self.counts(self.partners.vertices[index].length + vertex.length + 1) {
-                self.connect(vertex, index);
-            }
+        if self.connect > 0.0 {
+            self.connect_all(vertex, random);
         }
     }
 

@@ -9,6 +9,7 @@ use super::pass::Pass;
 use super::settings::Settings;
 use super::sink::{Joint, Sink};
 use super::technique::Technique;
+use super::thinning;
 use crate::error::Result;
 use crate::film::{BAND_ROWS, Band, Film, Sample, Splat};
 use crate::scene::Scene;
@@ -37,6 +38,8 @@ pub struct Renderer<'a> {
     settings: Settings,
     /// How merges gather in the first iteration.
     gathers: Gathers,
+    /// g of each medium, see [`thinning`].
+    shares: Vec<f32>,
     chunks: Vec<Stored>,
 }
 
@@ -46,12 +49,18 @@ impl<'a> Renderer<'a> {
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
         let gathers = auto::resolve(scene, &settings);
-        Ok(Self { scene, settings, gathers, chunks: Vec::new() })
+        let shares = thinning::shares(scene, &settings);
+        Ok(Self { scene, settings, gathers, shares, chunks: Vec::new() })
     }
 
     /// How merges gather in the first iteration, with what was chosen where the settings left it open.
     pub fn gathers(&self) -> &Gathers {
         &self.gathers
+    }
+
+    /// g of each medium, see [`thinning`]; empty where all connections are made.
+    pub fn shares(&self) -> &[f32] {
+        &self.shares
     }
 
     /// The settings.
@@ -64,7 +73,13 @@ impl<'a> Renderer<'a> {
     pub fn iteration(&mut self, index: u64, film: &mut Film) -> IterationStats {
         let mut stats = IterationStats::default();
         let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
-        let pass = Pass::new(self.settings, index, self.gathers.at(index, &self.settings.merging), partners);
+        let pass = Pass::new(
+            self.settings,
+            index,
+            self.gathers.at(index, &self.settings.merging),
+            partners,
+            self.shares.clone(),
+        );
         if self.settings.needs_light_paths() {
             stats.light_paths = self.trace_light_paths(&pass, film);
             stats.light_vertices = self.chunks.iter().map(|c| c.vertices.len() as u64).sum();

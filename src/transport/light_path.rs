@@ -6,14 +6,13 @@ use super::mis::{Link, Pending, connection_weight};
 use super::pass::Pass;
 use super::sink::{Joint, Sink, Start};
 use super::technique::Technique;
-use super::walk::{Flight, Vertex, Visitor, walk};
+use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::{Ray, offset_origin, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
 use crate::math::{Rgb, Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
-use glam::Vec3A;
 
 /// Traces light subpath `index` of an iteration: keeps in `store` what can be connected or merged, and records its
 /// connections to the lens.
@@ -115,6 +114,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
             cosine,
             infinite,
             specular: false,
+            share: 1.0,
             sum: self.start.leave(false, Pending::NONE, 0.0),
             length: 0,
             trail: self.pass.settings.paths.ends(),
@@ -218,14 +218,14 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
     const MODE: Mode = Mode::Importance;
 
     #[inline]
-    fn count(&self, length: u32, position: Vec3A) -> f32 {
-        if length > 1 {
-            return self.connect;
+    fn count(&self, flight: &Flight, place: &Place) -> f32 {
+        if flight.length > 0 {
+            return self.connect * self.raise(flight.share * self.pass.share(place));
         }
         if !self.next_event {
             return 0.0;
         }
-        let toward = self.scene.lights.pdf_toward(&self.scene.geometry, &self.light, position);
+        let toward = self.scene.lights.pdf_toward(&self.scene.geometry, &self.light, place.position());
         self.raise(toward / self.pdf_position)
     }
 

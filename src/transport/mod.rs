@@ -11,9 +11,10 @@ pub mod pass;
 pub mod settings;
 pub mod sink;
 pub mod technique;
+pub mod thinning;
 pub mod walk;
 
 pub use expression::{Expression, Label};
 pub use iteration::{IterationStats, Renderer};
-pub use settings::{Heuristic, Layers, Settings};
+pub use settings::{Connections, Heuristic, Layers, Settings};
 pub use technique::{Technique, TechniqueSet};

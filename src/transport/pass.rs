@@ -4,12 +4,13 @@ use super::merge::{Beams, Gathers, MERGES, place_of};
 use super::mis::{Merges, Pending};
 use super::settings::Settings;
 use super::technique::Technique;
+use super::walk::Place;
 use crate::bsdf::Mode;
 use crate::math::Rgb;
 use crate::medium::Passage;
 
 /// The constants of an iteration.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Pass {
     /// What was asked for.
     pub settings: Settings,
@@ -21,6 +22,8 @@ pub struct Pass {
     pub merges: Merges,
     /// Light subpaths of an iteration that are connected to the lens or to a partner: as many as pixels.
     pub partners: u64,
+    /// By medium, the share g with which its collisions are connected; empty where all are 1 (see [`super::thinning`]).
+    pub shares: Vec<f32>,
     /// Whether some technique that is on has a beam.
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
@@ -28,8 +31,15 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Of iteration `iteration`, in which each technique gathers as `gathers` says.
-    pub fn new(settings: Settings, iteration: u64, gathers: Gathers, partners: u64) -> Self {
+    /// Of iteration `iteration`, in which each technique gathers as `gathers` says and collisions are connected with these
+    /// `shares`.
+    pub fn new(
+        settings: Settings,
+        iteration: u64,
+        gathers: Gathers,
+        partners: u64,
+        shares: Vec<f32>,
+    ) -> Self {
         let on = |t| settings.techniques.has(t);
         let raise = |t: Technique| {
             let place = place_of(t).expect("a merge");
@@ -39,7 +49,7 @@ impl Pass {
         let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
         let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
         let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
-        Self { settings, iteration, gathers, merges, partners, beams, camera_beams }
+        Self { settings, iteration, gathers, merges, partners, shares, beams, camera_beams }
     }
 
     /// A density or count as it enters a weight.
@@ -52,6 +62,21 @@ impl Pass {
     #[inline]
     pub fn on(&self, technique: Technique) -> bool {
         self.settings.techniques.has(technique)
+    }
+
+    /// g of a place: the share with which it is connected.
+    #[inline]
+    pub fn share(&self, place: &Place) -> f32 {
+        match place {
+            Place::Surface(_) => 1.0,
+            Place::Medium(collision) => self.share_in(collision.medium),
+        }
+    }
+
+    /// g in a medium.
+    #[inline]
+    pub fn share_in(&self, medium: u32) -> f32 {
+        self.shares.get(medium as usize).copied().unwrap_or(1.0)
     }
 
     /// How long the beams of a walk in `mode` are.

@@ -17,6 +17,17 @@ pub enum Heuristic {
     Power(f32),
 }
 
+/// Which connections between subpaths are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Connections {
+    /// In media that scatter light many times a share of them (see [`super::thinning`]).
+    #[default]
+    Thinned,
+    /// All with all.
+    All,
+}
+
 /// Which images are kept beside the combined one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -37,6 +48,8 @@ pub struct Settings {
     pub techniques: TechniqueSet,
     /// How they are weighted; default balance.
     pub heuristic: Heuristic,
+    /// Which connections are made; default thinned out in media that scatter light many times.
+    pub connections: Connections,
     /// How merges are made.
     pub merging: MergeSettings,
     /// Shortest path that counts, in segments; default 1 (light that is seen directly).
@@ -62,6 +75,7 @@ impl Settings {
         Self {
             techniques,
             heuristic: Heuristic::Balance,
+            connections: Connections::default(),
             merging: MergeSettings::default(),
             min_length: 1,
             max_length: 64,

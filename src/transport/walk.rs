@@ -35,6 +35,8 @@ pub struct Flight {
     pub infinite: bool,
     /// Whether x_{i-1} was sampled by a specular lobe.
     pub specular: bool,
+    /// g at x_{i-1}: the share with which it is connected (see [`super::thinning`]).
+    pub share: f32,
     /// What [`Link::leave`] gave at x_{i-1}.
     pub sum: Pending,
     /// Edges of the subpath before this one.
@@ -241,9 +243,9 @@ impl Vertex {
 pub trait Visitor {
     /// Which subpath this is.
     const MODE: Mode;
-    /// c of the connection that ends this subpath just before the vertex at `length` edges, which lies at `position`,
+    /// c of the connection that ends this subpath just before the vertex at `place`, to which `flight` leads,
     /// raised (see [`Link::count`]); asked only where the vertex before is not specular.
-    fn count(&self, length: u32, position: Vec3A) -> f32;
+    fn count(&self, flight: &Flight, place: &Place) -> f32;
     /// A ray was followed as far as `arrival`. What a vertex there is told comes after this.
     fn flown(&mut self, _flight: &Flight, _arrival: &Arrival) {}
     /// A vertex was reached. `flight` led to it.
@@ -293,6 +295,27 @@ pub fn walk<V: Visitor>(
 }
 
 impl Flight {
+    /// A camera subpath's first, of a ray whose density is `pdf`.
+    #[inline]
+    pub fn from_lens(scene: &Scene, pass: &Pass, ray: Ray, pdf: f32) -> Self {
+        Self {
+            ray,
+            from: ray.origin,
+            inside: scene.camera_inside,
+            rate: Rgb::ONE,
+            throughput: Rgb::ONE,
+            pdf,
+            cosine: 1.0,
+            infinite: false,
+            specular: false,
+            share: 1.0,
+            // No light subpath hits the lens by itself: c_{k+1} = 0.
+            sum: Pending::NONE,
+            length: 0,
+            trail: u32::from(pass.settings.paths.start()),
+        }
+    }
+
     /// The link of a vertex at `distance`, reached by a walk in `mode` through `passage`, and b of the edge, raised.
     /// `place`: the vertex's rate (see [`Place::rate`]) and |cos θ|; `count`: c of the connection before it.
     #[inline]
@@ -372,7 +395,7 @@ fn arrive<V: Visitor>(
         return None;
     }
     let length = flight.length + 1;
-    let count = if flight.specular { 0.0 } else { visitor.count(length, place.position()) };
+    let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
     let at = (place.rate(), place.cosine(flight.ray.dir));
     let (link, beam) = flight.link(pass, V::MODE, arrival.distance, passage, at, count);
     let (outside, beam) = match &place {
@@ -459,6 +482,7 @@ fn leave_surface<V: Visitor>(
         cosine,
         infinite: false,
         specular: sample.specular,
+        share: 1.0,
         sum: vertex.link.leave(sample.specular, vertex.merges(pass, V::MODE, dir), back),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, label),
@@ -493,6 +517,7 @@ fn leave_collision<V: Visitor>(
         cosine: 1.0,
         infinite: false,
         specular: false,
+        share: pass.share_in(collision.medium),
         // Phase functions are the same either way, and so are the densities.
         sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(pdf)),
         length: vertex.length,

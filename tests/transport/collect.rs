@@ -51,10 +51,15 @@ impl Traced {
     }
 }
 
+/// Collisions are connected in part, a different one in each medium.
+pub fn shares(scene: &Scene) -> Vec<f32> {
+    (0..scene.media.len()).map(|m| 0.8 / (m + 1) as f32).collect()
+}
+
 /// The constants of an iteration in which nothing merges.
 pub fn pass(scene: &Scene, settings: &Settings, iteration: u64) -> Pass {
     let size = scene.camera.size();
-    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y))
+    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), shares(scene))
 }
 
 /// Traces light subpath and camera subpath of one pixel and gives every sample with its whole path.

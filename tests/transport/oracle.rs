@@ -285,6 +285,8 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
     }
 
     let specular = |i: usize| (1..k).contains(&i) && at(i).specular;
+    // In media only a share of the connections is made.
+    let share = |i: usize| path.place(i, i).map_or(1.0, |place| f64::from(pass.share(place)));
     let mut c = vec![0.0; k + 1];
     for (s, count) in c.iter_mut().enumerate() {
         if specular(s) || (s > 0 && specular(s - 1)) {
@@ -300,7 +302,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
             let toward = f64::from(lights.pdf_toward(&scene.geometry, &path.light, x1));
             if on(Technique::NextEvent) { toward / p[0] } else { 0.0 }
         } else if on(Technique::Connect) {
-            1.0
+            share(s - 1) * share(s)
         } else {
             0.0
         };

@@ -137,7 +137,7 @@ fn choose_counts(scene: &Scene, settings: &Settings, pixels: u64, gathers: &mut 
     let pilot_gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
     // The merges of these techniques alone; lengths, paths and beams as in the render.
     let alone = Settings { techniques: TechniqueSet::of(&techniques), ..*settings };
-    let pass = Pass::new(alone, PILOT, pilot_gathers, 0);
+    let pass = Pass::new(alone, PILOT, pilot_gathers, 0, Vec::new());
     let mut counter = Counter::default();
     let mut stored = Stored::default();
     let mut chunks = Vec::new();

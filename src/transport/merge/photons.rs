@@ -264,7 +264,11 @@ impl<'a> Photons<'a> {
         let count = if beam.flight.specular {
             0.0
         } else if beam.flight.length > 0 {
-            if pass.on(Technique::Connect) { 1.0 } else { 0.0 }
+            if pass.on(Technique::Connect) {
+                pass.raise(beam.flight.share * pass.share_in(beam.medium))
+            } else {
+                0.0
+            }
         } else if pass.on(Technique::NextEvent) {
             let start = &self.chunks[id.0 as usize].starts[beam.light as usize];
             let position = beam.origin + beam.flight.ray.dir * t;
