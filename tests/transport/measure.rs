@@ -184,11 +184,6 @@ impl Means {
         self.assert_sharp(what, self.image, exact.image.mean, detectable - uncertainty);
     }
 
-    /// The image's mean and its standard error.
-    pub fn image_mean(&self) -> (f64, f64) {
-        (self.image.mean, self.image.error)
-    }
-
     /// The smallest relative bias of the image mean that a comparison with `other` sees.
     pub fn detectable(&self, other: &Self) -> f64 {
         self.image.minus(other.image).detectable() / other.image.mean
