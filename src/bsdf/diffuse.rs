@@ -1,6 +1,6 @@
 //! Lambertian reflection: f = ρ/π on both sides.
 
-use super::{BsdfSample, BsdfValue, grazing, same_side};
+use super::{BsdfSample, BsdfValue, GRAZING, grazing};
 use crate::math::{Rgb, RgbExt, warp};
 use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
@@ -21,13 +21,19 @@ impl Diffuse {
 
     #[inline]
     pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
-        if !same_side(wl, wc) {
+        self.evaluate_cosines(uv, wl.z, wc.z)
+    }
+
+    /// Of the directions only their cosines with the normal count.
+    #[inline]
+    pub(super) fn evaluate_cosines(&self, uv: Vec2, cos_l: f32, cos_c: f32) -> BsdfValue {
+        if cos_l * cos_c <= 0.0 || cos_l.abs() < GRAZING || cos_c.abs() < GRAZING {
             return BsdfValue::ZERO;
         }
         BsdfValue {
             f: self.reflectance.eval(uv) * FRAC_1_PI,
-            pdf_lc: warp::cosine_hemisphere_pdf(wc.z.abs()),
-            pdf_cl: warp::cosine_hemisphere_pdf(wl.z.abs()),
+            pdf_lc: warp::cosine_hemisphere_pdf(cos_c.abs()),
+            pdf_cl: warp::cosine_hemisphere_pdf(cos_l.abs()),
         }
     }
 

@@ -4,8 +4,9 @@
 //! Functions here take directions in the upper hemisphere, or use |z|: callers flip. Formulas are written with
 //! s(w) = √(z² + α²(x² + y²)), as Λ(w) = (s/|z| − 1)/2 and G₁(w) = 2|z|/(|z| + s) then never divide by a cosine.
 
+use crate::math::trig;
 use glam::{Vec2, Vec3A};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
 /// Below this α a surface is taken to be smooth: the lobe would be narrower than single precision can evaluate well.
 pub const SMOOTH_BELOW: f32 = 1e-3;
@@ -104,7 +105,7 @@ impl Ggx {
         let sum_z = (1.0 - u.y) * h;
         // 1 − z² = (1 − z)(1 + z) with 1 − z = u h.
         let sin = (u.y * h * (2.0 - u.y * h)).max(0.0).sqrt();
-        let (s, c) = (TAU * u.x).sin_cos();
+        let (s, c) = trig::sin_cos_turns(u.x);
         let m = Vec3A::new(sin * c + w.x, sin * s + w.y, sum_z);
         (m * stretch).normalize()
     }

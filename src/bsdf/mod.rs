@@ -31,7 +31,7 @@ pub use layered::Layered;
 pub use mirror::Mirror;
 pub use phong::Phong;
 
-use crate::math::Rgb;
+use crate::math::{Frame, Rgb};
 use glam::{Vec2, Vec3A};
 
 /// What a walk carries.
@@ -160,6 +160,16 @@ impl Material {
         }
     }
 
+    /// As [`Self::evaluate`], of unit directions in world space about the unit shading normal `ns`.
+    #[inline]
+    pub fn evaluate_world(&self, site: Site, ns: Vec3A, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        if let Self::Diffuse(m) = self {
+            return m.evaluate_cosines(site.uv, wl.dot(ns), wc.dot(ns));
+        }
+        let frame = Frame::from_normal(ns);
+        self.evaluate(site, frame.to_local(wl), frame.to_local(wc))
+    }
+
     /// Density per solid angle with which the smooth lobes give `to` when sampled from `from`. It is the same in both
     /// modes: sampling does not depend on the mode, only the weight does.
     #[inline]
@@ -234,7 +244,12 @@ impl Material {
     /// ends. The albedo's largest channel, at most 1.
     #[inline]
     pub fn continuation(&self, uv: Vec2) -> f32 {
-        self.albedo(uv).max_element().min(1.0)
+        let albedo = match self {
+            // The commonest, without a call.
+            Self::Diffuse(m) => m.albedo(uv),
+            other => other.albedo(uv),
+        };
+        albedo.max_element().min(1.0)
     }
 
     /// True for an index-matched boundary: not a vertex of any path.
@@ -253,7 +268,7 @@ impl Material {
     }
 
     /// True where some lobe can be evaluated, and a connection can end here.
-    #[inline]
+    #[inline(always)]
     pub fn has_smooth(&self) -> bool {
         match self {
             Self::Diffuse(_) | Self::Phong(_) => true,

@@ -31,10 +31,10 @@ pub use ray::{Ray, offset_origin, shadow_ray};
 pub use shape::{Hit, ShapeDesc, SurfacePoint};
 pub use stats::{ShapeKind, ShapeStats};
 
-use crate::math::Discrete;
 use bvh::{Bvh, Leaf, Primitive};
 use glam::Vec3A;
 use quadric::{Disc, Sphere};
+use sample::Facets;
 use std::sync::OnceLock;
 
 /// All shapes of a scene.
@@ -56,8 +56,9 @@ struct Shape {
     /// The first of its primitives.
     first: u32,
     area: f32,
-    /// Triangles by area, made when first asked for: few shapes are lights.
-    picker: OnceLock<Option<Discrete>>,
+    inv_area: f32,
+    /// Of a mesh, made when first asked for: few shapes are lights.
+    facets: OnceLock<Option<Facets>>,
 }
 
 impl Geometry {
@@ -91,7 +92,14 @@ impl Geometry {
                 ),
             }
             let area = desc.area() as f32;
-            list.push(Shape { desc, is_boundary, first, area, picker: OnceLock::new() });
+            list.push(Shape {
+                desc,
+                is_boundary,
+                first,
+                area,
+                inv_area: 1.0 / area,
+                facets: OnceLock::new(),
+            });
         }
         let has_boundaries = !boundaries.is_empty();
         let (walls, boundaries) = (Bvh::build(&walls), Bvh::build(&boundaries));
@@ -99,7 +107,7 @@ impl Geometry {
     }
 
     /// The first wall that a ray meets.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.closest(&self.walls, ray)
     }
@@ -117,7 +125,7 @@ impl Geometry {
     }
 
     /// What a ray meets first in a tree.
-    #[inline]
+    #[inline(always)]
     fn closest(&self, bvh: &Bvh, ray: &Ray) -> Option<Hit> {
         let found = bvh.closest(ray)?;
         let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);

@@ -5,9 +5,9 @@
 
 use super::SurfacePoint;
 use super::ray::Ray;
-use crate::math::{Frame, warp};
+use crate::math::{Frame, trig, warp};
 use glam::{DVec3, Vec2, Vec3A};
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 
 /// What is taken for zero beside one in f64, a hundred roundings.
 const TINY: f64 = 2e-14;
@@ -140,7 +140,7 @@ impl Sphere {
         let cos_at_centre = sin2 / sin2_max.sqrt() + cos * (1.0 - (sin2 / sin2_max).min(1.0)).sqrt();
         let sin_at_centre = (1.0 - cos_at_centre * cos_at_centre).max(0.0).sqrt();
         let frame = Frame::from_normal(to_viewer.as_vec3a());
-        let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+        let (sin_phi, cos_phi) = trig::sin_cos_turns(u.y);
         let across = (frame.s * cos_phi + frame.t * sin_phi).as_dvec3();
         Some(to_viewer * cos_at_centre + across * sin_at_centre)
     }

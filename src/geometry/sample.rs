@@ -1,8 +1,7 @@
 //! Points drawn on shapes.
 
 use super::quadric::{Disc, Sphere};
-use super::shape::triangle_point;
-use super::{Geometry, Shape, ShapeDesc, SurfacePoint};
+use super::{Geometry, Shape, ShapeDesc, SurfacePoint, TriangleMesh};
 use crate::math::{Discrete, warp};
 use glam::{DVec3, Vec2, Vec3A};
 
@@ -36,7 +35,7 @@ impl Geometry {
                 disc.point(disc.sample_area(u), shape, s.first)
             }
             ShapeDesc::Mesh(ref mesh) => {
-                let (i, b) = s.sample_triangle(u);
+                let (i, _, b) = s.sample_triangle(mesh, u);
                 self.triangle(s.first + i as u32, mesh.corners(i), b)
             }
         }
@@ -56,8 +55,8 @@ impl Geometry {
                 (disc.place(disc.sample_area(u)), s.first)
             }
             ShapeDesc::Mesh(ref mesh) => {
-                let (i, b) = s.sample_triangle(u);
-                ((triangle_point(mesh.corners(i), b), mesh.facet(i)), s.first + i as u32)
+                let (i, facet, b) = s.sample_triangle(mesh, u);
+                ((facet.point(b), facet.ng), s.first + i as u32)
             }
         };
         Place { p, ng, prim }
@@ -78,6 +77,16 @@ impl Geometry {
     /// As [`Self::sample_toward`], of the point only what a light needs.
     #[inline]
     pub(crate) fn sample_place_toward(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(Place, f32)> {
+        let s = &self.shapes[shape as usize];
+        if let ShapeDesc::Sphere { .. } = s.desc {
+            return self.sample_sphere_toward(shape, from, u);
+        }
+        (s.inv_area > 0.0).then(|| (self.sample_place(shape, u), s.inv_area))
+    }
+
+    /// [`Self::sample_place_toward`] of a sphere.
+    #[inline(never)]
+    fn sample_sphere_toward(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(Place, f32)> {
         let place = match self.sample_cone(shape, from, u) {
             Some((sphere, n)) => {
                 let (p, ng) = sphere.place(n);
@@ -116,24 +125,55 @@ impl Geometry {
             ShapeDesc::Sphere { centre, radius } => Sphere { centre, radius }.pdf_cone(from, place),
             ShapeDesc::Disc { .. } | ShapeDesc::Mesh(_) => None,
         };
-        cone.unwrap_or(1.0 / s.area)
+        cone.unwrap_or(s.inv_area)
+    }
+}
+
+/// A mesh's triangles as sampling wants them.
+#[derive(Debug)]
+pub(super) struct Facets {
+    /// Which one, by area.
+    picker: Discrete,
+    list: Vec<Facet>,
+}
+
+/// A triangle for points on it.
+#[derive(Clone, Copy, Debug)]
+struct Facet {
+    /// Unit normal on the outside.
+    ng: Vec3A,
+    corner: DVec3,
+    /// From the corner to the second and to the third.
+    edges: [DVec3; 2],
+}
+
+impl Facets {
+    fn of(mesh: &TriangleMesh) -> Option<Self> {
+        let count = mesh.indices().len();
+        let picker = Discrete::new((0..count).map(|i| mesh.triangle_area(i)))?;
+        let list = (0..count).map(|i| {
+            let [a, b, c] = mesh.corners(i).map(|v| v.as_dvec3());
+            Facet { ng: mesh.facet(i), corner: a, edges: [b - a, c - a] }
+        });
+        Some(Self { picker, list: list.collect() })
+    }
+}
+
+impl Facet {
+    /// As [`super::shape::triangle_point`].
+    #[inline]
+    fn point(&self, b: Vec2) -> Vec3A {
+        (self.corner + self.edges[0] * f64::from(b.x) + self.edges[1] * f64::from(b.y)).as_vec3a()
     }
 }
 
 impl Shape {
-    /// A triangle by area, and barycentric coordinates of its second and third corner, uniform over it.
+    /// A triangle of a mesh by area, and barycentric coordinates of its second and third corner, uniform over it.
     #[inline]
-    fn sample_triangle(&self, u: Vec2) -> (usize, Vec2) {
-        let (i, rest) = self.picker().map_or((0, u.x), |picker| picker.sample(u.x));
-        (i, warp::uniform_triangle(Vec2::new(rest, u.y)))
-    }
-
-    /// The triangles of a mesh by area.
-    fn picker(&self) -> Option<&Discrete> {
-        let make = || match &self.desc {
-            ShapeDesc::Mesh(mesh) => Discrete::new((0..mesh.indices().len()).map(|i| mesh.triangle_area(i))),
-            ShapeDesc::Sphere { .. } | ShapeDesc::Disc { .. } => None,
-        };
-        self.picker.get_or_init(make).as_ref()
+    fn sample_triangle(&self, mesh: &TriangleMesh, u: Vec2) -> (usize, &Facet, Vec2) {
+        let facets = self.facets.get_or_init(|| Facets::of(mesh)).as_ref();
+        let facets = facets.expect("a mesh has a triangle with an area, and no other triangles");
+        let (i, rest) = facets.picker.sample(u.x);
+        (i, &facets.list[i], warp::uniform_triangle(Vec2::new(rest, u.y)))
     }
 }

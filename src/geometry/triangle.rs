@@ -106,8 +106,8 @@ impl Block {
         }
     }
 
-    /// The nearest hit in (0, `nearest`), or `ANY` hit there: distance, lane, and barycentric coordinates of the second
-    /// and third corner.
+    /// The nearest hit in (0, `nearest`): distance, lane, and barycentric coordinates of the second and third corner. Of
+    /// `ANY` hit there only the lane.
     #[inline(always)]
     pub(super) fn hit<const ANY: bool>(
         &self,
@@ -125,7 +125,7 @@ impl Block {
             let lane = mask.trailing_zeros() as usize & 3;
             mask &= mask - 1;
             // In f64: the origin's own triangle must not be hit, its neighbour must.
-            let Some(t) = self.plane[lane].distance(ray, nearest) else { continue };
+            let Some(crossing) = self.plane[lane].crossing(ray, nearest) else { continue };
             let mut edges = [u, v, w].map(|e| e.to_array()[lane]);
             if edges.contains(&0.0) {
                 match c.settle(lane) {
@@ -134,9 +134,9 @@ impl Block {
                 }
             }
             if ANY {
-                return Some((t, lane, Vec2::ZERO));
+                return Some((0.0, lane, Vec2::ZERO));
             }
-            nearest = t;
+            nearest = crossing.distance();
             best = Some((lane, edges));
         }
         best.map(|(lane, edges)| {
@@ -174,17 +174,32 @@ fn exact_edges(x: [f32; 3], y: [f32; 3]) -> Option<[f32; 3]> {
     inside.then(|| edges.map(|e| e as f32))
 }
 
-impl Plane {
-    /// The distance at which a ray meets the plane, where it lies in (0, `limit`). An origin in the plane to the last
-    /// bits of f64 does not hit it.
+/// Where a ray meets a plane, as a quotient: whether it counts is known long before the quotient is.
+struct Crossing {
+    height: f64,
+    rate: f64,
+}
+
+impl Crossing {
+    /// Along the ray (metres).
     #[inline(always)]
-    fn distance(&self, ray: &Ray, limit: f32) -> Option<f32> {
+    fn distance(&self) -> f32 {
+        (self.height / self.rate) as f32
+    }
+}
+
+impl Plane {
+    /// Where a ray meets the plane, if in (0, `limit`). An origin in the plane to the last bits of f64 does not hit it.
+    #[inline(always)]
+    fn crossing(&self, ray: &Ray, limit: f32) -> Option<Crossing> {
+        let rate = ray.dir.as_dvec3().dot(self.n);
         let origin = ray.origin.as_dvec3() * self.n;
         let height = self.d - (origin.x + origin.y + origin.z);
+        // 0 < height/rate < limit. A ray along the plane meets it nowhere: 0 < 0 does not hold, nor does 0 < ∞·0.
+        if !(height * rate > 0.0 && height.abs() < f64::from(limit) * rate.abs()) {
+            return None;
+        }
         let size = self.d.abs() + (origin.x.abs() + origin.y.abs() + origin.z.abs());
-        let rate = ray.dir.as_dvec3().dot(self.n);
-        let t = height / rate;
-        // A quotient of zeros is no number, and in no interval.
-        (t > 0.0 && t < f64::from(limit) && height.abs() > 2e-14 * size).then_some(t as f32)
+        (height.abs() > 2e-14 * size).then_some(Crossing { height, rate })
     }
 }

@@ -203,40 +203,8 @@ impl Lights {
         let select = self.selection.pdf(i);
         let light = i as u32;
         match &self.lights[i] {
-            Light::Area(l) => {
-                let (s, pdf) = geometry.sample_place_toward(l.shape, from, u)?;
-                let (dir, distance) = direction(from, s.p)?;
-                let radiance = l.emitted(s.ng, -dir);
-                if radiance.is_black() || pdf <= 0.0 {
-                    return None;
-                }
-                // A two-sided light emits from the side that the reference point is on.
-                let n = if s.ng.dot(dir) < 0.0 { s.ng } else { -s.ng };
-                let point = LightPoint { p: s.p, n, light, prim: s.prim };
-                Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf })
-            }
-            Light::Point(l) => {
-                let (dir, distance) = direction(from, l.position)?;
-                let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
-                Some(LightSample { point, dir, distance, radiance: l.intensity, pdf_nee: select })
-            }
-            Light::Spot(l) => {
-                let (dir, distance) = direction(from, l.position)?;
-                let radiance = l.emitted(-dir);
-                let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
-                (!radiance.is_black()).then_some(LightSample {
-                    point,
-                    dir,
-                    distance,
-                    radiance,
-                    pdf_nee: select,
-                })
-            }
-            Light::Directional(l) => Some(infinite_sample(light, l.toward, l.irradiance, select)),
-            Light::Environment(l) => {
-                let (toward, pdf, radiance) = l.sample(u)?;
-                Some(infinite_sample(light, toward, radiance, select * pdf))
-            }
+            Light::Area(l) => area_sample(l, geometry, (light, select), from, u),
+            other => other_sample(other, (light, select), from, u),
         }
     }
 
@@ -353,6 +321,51 @@ fn point_emission(
 ) -> EmissionSample {
     let point = LightPoint { p, n: Vec3A::ZERO, light, prim: NONE };
     EmissionSample { point, origin: p, dir, pdf_pos, pdf_dir, radiance }
+}
+
+/// A point on the area light `light`, selected with the probability `select`, for a connection to `from`.
+#[inline]
+fn area_sample(
+    l: &AreaLight,
+    geometry: &Geometry,
+    (light, select): (u32, f32),
+    from: Vec3A,
+    u: Vec2,
+) -> Option<LightSample> {
+    let (s, pdf) = geometry.sample_place_toward(l.shape, from, u)?;
+    let (dir, distance) = direction(from, s.p)?;
+    let radiance = l.emitted(s.ng, -dir);
+    if radiance.is_black() || pdf <= 0.0 {
+        return None;
+    }
+    // A two-sided light emits from the side that the reference point is on.
+    let n = if s.ng.dot(dir) < 0.0 { s.ng } else { -s.ng };
+    let point = LightPoint { p: s.p, n, light, prim: s.prim };
+    Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf })
+}
+
+/// The same for a light without an area.
+#[inline(never)]
+fn other_sample(emitter: &Light, (light, select): (u32, f32), from: Vec3A, u: Vec2) -> Option<LightSample> {
+    match emitter {
+        Light::Area(_) => unreachable!("it has an area"),
+        Light::Point(l) => {
+            let (dir, distance) = direction(from, l.position)?;
+            let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
+            Some(LightSample { point, dir, distance, radiance: l.intensity, pdf_nee: select })
+        }
+        Light::Spot(l) => {
+            let (dir, distance) = direction(from, l.position)?;
+            let radiance = l.emitted(-dir);
+            let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
+            (!radiance.is_black()).then_some(LightSample { point, dir, distance, radiance, pdf_nee: select })
+        }
+        Light::Directional(l) => Some(infinite_sample(light, l.toward, l.irradiance, select)),
+        Light::Environment(l) => {
+            let (toward, pdf, radiance) = l.sample(u)?;
+            Some(infinite_sample(light, toward, radiance, select * pdf))
+        }
+    }
 }
 
 #[inline]

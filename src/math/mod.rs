@@ -6,9 +6,10 @@ pub mod frame;
 pub mod rng;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod trig;
 pub mod warp;
 
 pub use color::{Rgb, RgbExt};
 pub use distribution::{Discrete, Piecewise2d};
 pub use frame::Frame;
-pub use rng::{Stream, StreamKind};
+pub use rng::{Stream, StreamKind, Streams};

@@ -24,6 +24,33 @@ pub enum StreamKind {
 #[derive(Clone, Debug)]
 pub struct Stream(Xoshiro256PlusPlus);
 
+/// The streams of all subpaths of a kind in an iteration: what of their names they share is hashed once.
+#[derive(Clone, Copy, Debug)]
+pub struct Streams(u64);
+
+impl Streams {
+    /// Of the subpaths of `kind` in `iteration` of the run `seed`.
+    #[inline]
+    pub fn new(seed: u64, iteration: u64, kind: StreamKind) -> Self {
+        Self([seed, iteration, kind as u64].into_iter().fold(GOLDEN, join))
+    }
+
+    /// The stream of subpath `index`.
+    #[inline]
+    pub fn stream(&self, index: u64) -> Stream {
+        Stream::from_hash(join(self.0, index))
+    }
+}
+
+/// 2⁶⁴ over the golden ratio.
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// A hash with one more word.
+#[inline]
+fn join(h: u64, word: u64) -> u64 {
+    mix(h.wrapping_add(GOLDEN) ^ mix(word.wrapping_add(GOLDEN)))
+}
+
 /// The finaliser of splitmix64: a bijection of 64 bits in which each input bit reaches each output bit.
 #[inline]
 fn mix(mut z: u64) -> u64 {
@@ -36,11 +63,12 @@ impl Stream {
     /// The stream of subpath `index` of `kind` in `iteration` of the run `seed`.
     #[inline]
     pub fn new(seed: u64, iteration: u64, kind: StreamKind, index: u64) -> Self {
-        const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-        let mut h = GOLDEN;
-        for word in [seed, iteration, kind as u64, index] {
-            h = mix(h.wrapping_add(GOLDEN) ^ mix(word.wrapping_add(GOLDEN)));
-        }
+        Streams::new(seed, iteration, kind).stream(index)
+    }
+
+    /// From a hash of what names the stream.
+    #[inline]
+    fn from_hash(mut h: u64) -> Self {
         // As `seed_from_u64` does, which is not inlined.
         let mut state = [0; 32];
         for word in state.chunks_exact_mut(8) {

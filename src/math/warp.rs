@@ -1,22 +1,21 @@
 //! Maps from the unit square to the domains that are sampled, each with its density.
 
+use super::trig::{sin_cos_quarter, sin_cos_turns};
 use glam::{Vec2, Vec3A};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Uniform on the unit disc, by the concentric map [Shirley & Chiu 1997]; density 1/π per area.
 #[inline]
 pub fn concentric_disc(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
-    if o == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    let (r, theta) = if o.x.abs() > o.y.abs() {
-        (o.x, FRAC_PI_4 * (o.y / o.x))
-    } else {
-        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
-    };
-    let (sin, cos) = theta.sin_cos();
-    r * Vec2::new(cos, sin)
+    // The radius is the longer coordinate, and the quotient says how far the point is turned from that axis. Which is
+    // longer no processor can foretell: so without a branch.
+    let wide = o.x.abs() > o.y.abs();
+    let (long, short) = if wide { (o.x, o.y) } else { (o.y, o.x) };
+    let quotient = if long == 0.0 { 0.0 } else { short / long };
+    let (sin, cos) = sin_cos_quarter(0.5 * quotient);
+    let (along, across) = (long * cos, long * sin);
+    if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }
 }
 
 /// Cosine-weighted on the upper hemisphere; density [`cosine_hemisphere_pdf`] per solid angle.
@@ -37,7 +36,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 pub fn uniform_sphere(u: Vec2) -> Vec3A {
     let z = 1.0 - 2.0 * u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     Vec3A::new(r * cos, r * sin, z)
 }
 
@@ -50,7 +49,7 @@ pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 pub fn uniform_cone(u: Vec2, one_minus_cos_max: f32) -> Vec3A {
     let h = u.x * one_minus_cos_max;
     let r = (h * (2.0 - h)).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     Vec3A::new(r * cos, r * sin, 1.0 - h)
 }
 

@@ -13,14 +13,14 @@
 //!
 //! Transmittance over that factor, times σ_t at a collision, is at most 3 in every channel.
 
-use super::decay::decay;
+use super::decay::{decay, depth_of};
 use crate::math::Rgb;
 use glam::Vec2;
 
 /// Probability of each channel.
 const CHANNEL: f32 = 1.0 / 3.0;
 /// Half the distance of two uniforms.
-const HALF_STEP: f32 = 0.5 / (1u32 << 24) as f32;
+const HALF_STEP: f64 = 0.5 / (1u32 << 24) as f64;
 
 /// What gets through an edge, or through a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,9 +74,8 @@ impl Draw {
     #[inline]
     pub fn new(u: Vec2) -> Self {
         let channel = ((u.x * 3.0) as usize).min(2);
-        // −ln(1 − y) with y in the middle of its step, so that the depth is neither 0 nor infinite; each form is exact
-        // where the other rounds to an end.
-        let depth = if u.y < 0.5 { -(-(u.y + HALF_STEP)).ln_1p() } else { -((1.0 - u.y) - HALF_STEP).ln() };
-        Self { channel, depth }
+        // The middle of the uniform's step, so that the depth is neither 0 nor infinite; in f64 it is exact.
+        let passed = 1.0 - (f64::from(u.y) + HALF_STEP);
+        Self { channel, depth: depth_of(passed) }
     }
 }

@@ -81,26 +81,63 @@ impl Scene {
     #[inline]
     pub fn fly(&self, ray: &Ray, inside: Inside, random: &mut Stream) -> Arrival {
         if self.is_void() {
-            let (end, distance) = match self.geometry.intersect(ray) {
-                Some(hit) => (End::Surface(hit.point), hit.t),
-                None => (End::Open, f32::INFINITY),
-            };
-            return Arrival { end, distance, passage: Passage::CLEAR, inside };
+            return self.fly_in_void(ray, inside);
         }
         let draw = if self.traits.scattering {
             Draw::new(random.next_2d())
         } else {
             Draw { channel: 0, depth: f32::INFINITY }
         };
-        self.fly_through(ray, inside, draw)
+        if self.geometry.has_boundaries() {
+            self.fly_through(ray, inside, draw)
+        } else {
+            self.fly_to_wall(ray, inside, draw)
+        }
     }
 
-    /// Nothing but walls.
+    /// A flight where there are no boundaries: one stretch.
     #[inline]
-    fn is_void(&self) -> bool {
+    fn fly_to_wall(&self, ray: &Ray, inside: Inside, draw: Draw) -> Arrival {
+        let index = self.solids.medium(&inside);
+        let medium = self.media.get(index as usize);
+        let collision = medium
+            .filter(|m| m.scatters())
+            .and_then(|m| m.invert(ray.origin, ray.dir, 0.0, f32::INFINITY, draw.channel, draw.depth).ok());
+        let reach = collision.unwrap_or(f32::INFINITY);
+        let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
+        let distance = wall.map_or(reach, |hit| hit.t);
+        let end = match (wall, collision, medium) {
+            (Some(hit), ..) => End::Surface(hit.point),
+            (None, Some(t), Some(medium)) => {
+                let p = ray.at(t);
+                End::Collision(Collision { p, coefficients: medium.coefficients(p), medium: index })
+            }
+            (None, ..) => End::Open,
+        };
+        let passage = match medium {
+            Some(m) => Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, distance), m.scatters()),
+            None => Passage::CLEAR,
+        };
+        Arrival { end, distance, passage, inside }
+    }
+
+    /// Whether there are neither media nor boundaries, but only walls.
+    #[inline]
+    pub fn is_void(&self) -> bool {
         self.media.is_empty() && !self.geometry.has_boundaries()
     }
 
+    /// [`Self::fly`] where it is known that [`Self::is_void`].
+    #[inline(always)]
+    pub fn fly_in_void(&self, ray: &Ray, inside: Inside) -> Arrival {
+        let (end, distance) = match self.geometry.intersect(ray) {
+            Some(hit) => (End::Surface(hit.point), hit.t),
+            None => (End::Open, f32::INFINITY),
+        };
+        Arrival { end, distance, passage: Passage::CLEAR, inside }
+    }
+
+    #[inline(never)]
     fn fly_through(&self, ray: &Ray, mut inside: Inside, mut draw: Draw) -> Arrival {
         let dir = ray.dir;
         let mut passage = Passage::CLEAR;
@@ -202,9 +239,24 @@ impl Scene {
         if self.is_void() {
             return Some(Passage::CLEAR);
         }
-        self.passage_through(ray, inside)
+        if self.geometry.has_boundaries() {
+            return self.passage_through(ray, inside);
+        }
+        Some(match self.medium_within(&inside) {
+            Some(m) => {
+                Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, ray.t_max), m.scatters())
+            }
+            None => Passage::CLEAR,
+        })
     }
 
+    /// [`Self::passage`] where it is known that [`Self::is_void`].
+    #[inline(always)]
+    pub fn passage_in_void(&self, ray: &Ray) -> Option<Passage> {
+        (!self.geometry.occluded(ray)).then_some(Passage::CLEAR)
+    }
+
+    #[inline(never)]
     fn passage_through(&self, ray: &Ray, mut inside: Inside) -> Option<Passage> {
         let mut passage = Passage::CLEAR;
         let mut segment = *ray;

@@ -65,8 +65,17 @@ impl Texture {
     }
 
     /// The colour at `uv`.
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, uv: Vec2) -> Rgb {
+        match self {
+            Self::Constant(value) => Rgb::from(*value),
+            Self::Image(_) | Self::Checker(_) => self.eval_at(uv),
+        }
+    }
+
+    /// The colour at `uv` where it varies; apart, so that constants are inlined.
+    #[inline(never)]
+    fn eval_at(&self, uv: Vec2) -> Rgb {
         match self {
             Self::Constant(value) => Rgb::from(*value),
             Self::Image(image) => image.eval(uv),

@@ -12,8 +12,9 @@ use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::{Ray, shadow_ray};
 use crate::light::LightPoint;
-use crate::math::{Rgb, Stream, StreamKind};
-use crate::scene::{Arrival, Scene};
+use crate::math::{Rgb, Stream};
+use crate::medium::Passage;
+use crate::scene::{Arrival, Inside, Scene};
 use glam::UVec2;
 
 /// What a camera subpath is joined with.
@@ -32,15 +33,31 @@ impl Partners<'_> {
 
 /// Traces the camera subpath of `pixel` (in the full frame) and joins it with `partners`.
 pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partners, sink: &mut S) {
+    if scene.is_void() {
+        trace_in::<S, true>(scene, pass, pixel, partners, sink);
+    } else {
+        trace_in::<S, false>(scene, pass, pixel, partners, sink);
+    }
+}
+
+/// [`trace`], made once for scenes where nothing is but walls (`VOID`, see [`Scene::is_void`]) and once for all others.
+#[inline]
+fn trace_in<S: Sink, const VOID: bool>(
+    scene: &Scene,
+    pass: &Pass,
+    pixel: UVec2,
+    partners: Partners,
+    sink: &mut S,
+) {
     let settings = &pass.settings;
     let index = u64::from(pixel.y) * u64::from(scene.camera.size().x) + u64::from(pixel.x);
-    let mut random = Stream::new(settings.seed, pass.iteration, StreamKind::Camera, index);
+    let mut random = pass.camera_streams.stream(index);
     let (u_film, u_lens) = (random.next_2d(), random.next_2d());
     let ray = scene.camera.sample_ray(pixel, u_film, u_lens);
     sink.start(&Start::Lens(ray.origin));
     let flight = Flight::from_lens(scene, pass, Ray::new(ray.origin, ray.dir), ray.pdf);
     let on = |t| pass.on(t);
-    let mut path = CameraPath {
+    let mut path = CameraPath::<S, VOID> {
         scene,
         pass,
         partners,
@@ -50,11 +67,11 @@ pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partne
         lens: if on(Technique::Lens) { 1.0 } else { 0.0 },
         sink,
     };
-    walk(scene, pass, settings.max_length, flight, &mut random, &mut path);
+    walk::<VOID, _>(scene, pass, settings.max_length, flight, &mut random, &mut path);
 }
 
 /// The visitor of a camera walk.
-struct CameraPath<'a, S> {
+struct CameraPath<'a, S, const VOID: bool> {
     scene: &'a Scene,
     pass: &'a Pass,
     partners: Partners<'a>,
@@ -67,7 +84,7 @@ struct CameraPath<'a, S> {
     sink: &'a mut S,
 }
 
-impl<S: Sink> CameraPath<'_, S> {
+impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     #[inline]
     fn raise(&self, x: f32) -> f32 {
         self.pass.raise(x)
@@ -85,6 +102,12 @@ impl<S: Sink> CameraPath<'_, S> {
         Expression::accepts(trail as u8, ends)
     }
 
+    /// See [`Scene::passage`].
+    #[inline(always)]
+    fn passage(&self, ray: &Ray, inside: Inside) -> Option<Passage> {
+        if VOID { self.scene.passage_in_void(ray) } else { self.scene.passage(ray, inside) }
+    }
+
     /// The trail of a camera subpath that is joined at `vertex`.
     #[inline]
     fn joined_trail(&self, vertex: &Vertex) -> u32 {
@@ -93,6 +116,7 @@ impl<S: Sink> CameraPath<'_, S> {
 
     /// s = 0 in a medium that shines: what comes from all along the ray of `flight`. No other technique makes such
     /// paths, so the weight is 1.
+    #[inline(never)]
     fn record_glow(&mut self, flight: &Flight) {
         let length = flight.length + 1;
         if !(self.counts(length) && self.accepts(flight.trail, self.pass.settings.paths.ends())) {
@@ -107,7 +131,7 @@ impl<S: Sink> CameraPath<'_, S> {
     }
 
     /// s = 0: x_0 is `light`, found at the end of `flight`; `link` and `throughput` are those of x_0.
-    #[inline]
+    #[inline(never)]
     fn record_hit(&mut self, light: &LightPoint, link: &Link, throughput: Rgb, flight: &Flight) {
         let length = flight.length + 1;
         if !(self.hit && self.counts(length) && self.accepts(flight.trail, self.pass.settings.paths.ends())) {
@@ -170,7 +194,7 @@ impl<S: Sink> CameraPath<'_, S> {
             shadow_ray(position, place.normal(), light.point.p, light.point.surface_normal())
         };
         let inside = vertex.inside_toward(self.scene, light.dir);
-        let Some(passage) = self.scene.passage(&ray, inside) else { return };
+        let Some(passage) = self.passage(&ray, inside) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;
@@ -218,7 +242,7 @@ impl<S: Sink> CameraPath<'_, S> {
     }
 
     /// `vertex` is connected to the light vertex `index` of the partner, with the probability `count`.
-    #[inline]
+    #[inline(never)]
     fn connect(&mut self, vertex: &Vertex, index: usize, count: f32) {
         let other = &self.partners.vertices[index];
         let ends = self.pass.settings.paths.before(other.trail, other.joint_label());
@@ -243,7 +267,7 @@ impl<S: Sink> CameraPath<'_, S> {
         }
         let ray = shadow_ray(here, vertex.place.normal(), there, other.place.normal());
         let inside = vertex.inside_toward(self.scene, dir);
-        let Some(passage) = self.scene.passage(&ray, inside) else { return };
+        let Some(passage) = self.passage(&ray, inside) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;
@@ -273,8 +297,9 @@ impl<S: Sink> CameraPath<'_, S> {
     }
 }
 
-impl<S: Sink> CameraPath<'_, S> {
+impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     /// Merges at a vertex.
+    #[inline(never)]
     fn merge(&mut self, photons: &Photons, vertex: &Vertex) {
         let (scene, pass) = (self.scene, self.pass);
         let sink = &mut *self.sink;
@@ -297,6 +322,7 @@ impl<S: Sink> CameraPath<'_, S> {
     }
 
     /// Merges along an edge that was flown for the distance `flown`.
+    #[inline(never)]
     fn merge_beam(&mut self, photons: &Photons, flight: &Flight, flown: f32) {
         let (scene, pass) = (self.scene, self.pass);
         let sink = &mut *self.sink;
@@ -318,7 +344,7 @@ impl<S: Sink> CameraPath<'_, S> {
     }
 }
 
-impl<S: Sink> Visitor for CameraPath<'_, S> {
+impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
     const MODE: Mode = Mode::Radiance;
 
     #[inline]

@@ -11,14 +11,14 @@ use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::{Ray, offset_origin, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
-use crate::math::{Rgb, Stream, StreamKind};
+use crate::math::{Rgb, Stream};
 use crate::scene::{Arrival, Scene};
 
 /// Traces light subpath `index` of an iteration: keeps in `store` what can be connected or merged, and records its
 /// connections to the lens.
 pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, index: u64, store: &mut Stored, sink: &mut S) {
     let settings = &pass.settings;
-    let mut random = Stream::new(settings.seed, pass.iteration, StreamKind::Light, index);
+    let mut random = pass.light_streams.stream(index);
     let select = random.next_1d();
     let (u_position, u_direction) = (random.next_2d(), random.next_2d());
     let Some(emission) = scene.lights.sample_emission(&scene.geometry, select, u_position, u_direction)
@@ -30,7 +30,12 @@ pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, index: u64, store: &mut Stored
     let mut path = LightPath::new(scene, pass, index, light, emission.pdf_pos, store, sink);
     path.connect_light_to_lens(&mut random);
     let flight = path.depart(&emission);
-    walk(scene, pass, settings.max_length - 1, flight, &mut random, &mut path);
+    let edges = settings.max_length - 1;
+    if scene.is_void() {
+        walk::<true, _>(scene, pass, edges, flight, &mut random, &mut path);
+    } else {
+        walk::<false, _>(scene, pass, edges, flight, &mut random, &mut path);
+    }
 }
 
 /// The visitor of a light walk.

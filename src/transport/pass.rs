@@ -6,7 +6,7 @@ use super::settings::Settings;
 use super::technique::Technique;
 use super::walk::Place;
 use crate::bsdf::Mode;
-use crate::math::Rgb;
+use crate::math::{Rgb, StreamKind, Streams};
 use crate::medium::Passage;
 
 /// The constants of an iteration.
@@ -16,6 +16,10 @@ pub struct Pass {
     pub settings: Settings,
     /// Number of the iteration.
     pub iteration: u64,
+    /// Random numbers of its light subpaths.
+    pub light_streams: Streams,
+    /// Random numbers of its camera subpaths.
+    pub camera_streams: Streams,
     /// Radii and counts of this iteration.
     pub gathers: Gathers,
     /// M_i,v without what depends on the vertex, raised.
@@ -49,7 +53,19 @@ impl Pass {
         let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
         let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
         let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
-        Self { settings, iteration, gathers, merges, partners, shares, beams, camera_beams }
+        let streams = |kind| Streams::new(settings.seed, iteration, kind);
+        Self {
+            settings,
+            iteration,
+            light_streams: streams(StreamKind::Light),
+            camera_streams: streams(StreamKind::Camera),
+            gathers,
+            merges,
+            partners,
+            shares,
+            beams,
+            camera_beams,
+        }
     }
 
     /// A density or count as it enters a weight.

@@ -49,7 +49,7 @@ pub fn shares(scene: &Scene, settings: &Settings) -> Vec<f32> {
         let mut random = Stream::new(0, u64::MAX, StreamKind::Other, u64::from(i));
         let ray = scene.camera.sample_ray(pixel, random.next_2d(), random.next_2d());
         let flight = Flight::from_lens(scene, &pass, Ray::new(ray.origin, ray.dir), ray.pdf);
-        walk(scene, &pass, LENGTH, flight, &mut random, &mut counter);
+        walk::<false, _>(scene, &pass, LENGTH, flight, &mut random, &mut counter);
         counter.end_path();
     }
     let shares: Vec<f32> = counter

@@ -182,16 +182,14 @@ impl Vertex {
             return None;
         }
         let material = scene.material(point.shape);
-        let frame = Frame::from_normal(point.ns);
-        let local_l = frame.to_local(wl);
         let site = Site { uv: point.uv, outside: self.outside };
-        let bsdf = material.evaluate(site, local_l, frame.to_local(wc));
+        let bsdf = material.evaluate_world(site, point.ns, wl, wc);
         if bsdf.f == Rgb::ZERO {
             return None;
         }
         let continuation = material.continuation(point.uv);
         Some(Scattering {
-            value: bsdf.f * (local_l.z / wl.dot(point.ng)).abs(),
+            value: bsdf.f * (wl.dot(point.ns) / wl.dot(point.ng)).abs(),
             pdf_light: bsdf.pdf_lc * continuation,
             pdf_camera: bsdf.pdf_cl * continuation,
         })
@@ -207,7 +205,7 @@ impl Vertex {
     }
 
     /// The solids just off this vertex in the direction `dir`.
-    #[inline]
+    #[inline(always)]
     pub fn inside_toward(&self, scene: &Scene, dir: Vec3A) -> Inside {
         match &self.place {
             Place::Surface(point) if dir.dot(point.ng) * self.to_previous.dot(point.ng) < 0.0 => {
@@ -261,9 +259,10 @@ pub trait Visitor {
     fn extend(&self, trail: u32, label: Label) -> u32;
 }
 
-/// Walks on from `flight` until the subpath is absorbed, escapes or has `max_length` edges.
+/// Walks on from `flight` until the subpath is absorbed, escapes or has `max_length` edges. `VOID`: whether
+/// [`Scene::is_void`]; a walk there needs nothing of what media need.
 #[inline]
-pub fn walk<V: Visitor>(
+pub fn walk<const VOID: bool, V: Visitor>(
     scene: &Scene,
     pass: &Pass,
     max_length: u32,
@@ -272,7 +271,11 @@ pub fn walk<V: Visitor>(
     visitor: &mut V,
 ) {
     while flight.length < max_length {
-        let arrival = scene.fly(&flight.ray, flight.inside, random);
+        let arrival = if VOID {
+            scene.fly_in_void(&flight.ray, flight.inside)
+        } else {
+            scene.fly(&flight.ray, flight.inside, random)
+        };
         visitor.flown(&flight, &arrival);
         let place = match arrival.end {
             End::Surface(point) => Place::Surface(point),

@@ -13,9 +13,8 @@ pub mod rayleigh;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use mixture::Mixture;
 
-use crate::math::Frame;
+use crate::math::{Frame, trig};
 use glam::{Vec2, Vec3A};
-use std::f32::consts::PI;
 
 /// A phase function.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,6 +77,6 @@ impl Phase {
 #[inline]
 fn about(axis: Vec3A, versine: f32, turn: f32) -> Vec3A {
     let sin_theta = (versine * (2.0 - versine)).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * turn).sin_cos();
+    let (sin, cos) = trig::sin_cos_turns(turn);
     Frame::from_normal(axis).to_world(Vec3A::new(sin_theta * cos, sin_theta * sin, 1.0 - versine))
 }
