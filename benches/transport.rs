@@ -10,7 +10,7 @@ use tyndall::film::{Film, Sample};
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::merge::Gathers;
-use tyndall::transport::merge::photons::Stored;
+use tyndall::transport::merge::store::Stored;
 use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};

@@ -90,7 +90,7 @@ impl ResolvedMerging {
             return None;
         }
         let MergeSettings { kernel, photon_beams, camera_beams, first, .. } = settings.merging;
-        let gathers = auto::resolve(scene, settings);
+        let gathers = auto::resolve(scene, settings).gathers;
         let of = |t: Technique| {
             let GatherNow { radius, paths } = *gathers.of(t);
             (t.info().key.to_owned(), ResolvedGather { radius, alpha: settings.merging.of(t).alpha, paths })

@@ -102,7 +102,14 @@ fn gathered(renderer: &Renderer) -> Vec<(&'static str, String)> {
     on.map(|t| {
         let now = renderer.gathers().of(t);
         let alpha = settings.merging.of(t).alpha;
-        (t.info().key, format!("radius {:.4e} m, alpha {alpha}, {} light paths", now.radius, now.paths))
+        let bound = match renderer.left_out(t) {
+            0 => String::new(),
+            n => format!(" (of {}: there is no room for more)", now.paths + n),
+        };
+        (
+            t.info().key,
+            format!("radius {:.4e} m, alpha {alpha}, {} light paths{bound}", now.radius, now.paths),
+        )
     })
     .collect()
 }

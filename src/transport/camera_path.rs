@@ -23,7 +23,7 @@ pub struct Partners<'a> {
     /// The stored vertices of the light subpath that is its partner.
     pub vertices: &'a [Vertex],
     /// All light subpaths of the iteration, where something merges.
-    pub photons: Option<&'a Photons<'a>>,
+    pub photons: Option<&'a Photons>,
 }
 
 impl Partners<'_> {

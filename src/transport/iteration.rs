@@ -2,9 +2,10 @@
 
 use super::camera_path::{self, Partners};
 use super::light_path;
-use super::merge::Gathers;
-use super::merge::auto;
-use super::merge::photons::{CHUNK, Photons, Stored};
+use super::merge::auto::{self, Chosen};
+use super::merge::photons::Photons;
+use super::merge::store::{CHUNK, Stored};
+use super::merge::{Gathers, place_of};
 use super::pass::Pass;
 use super::settings::Settings;
 use super::sink::{Joint, Sink};
@@ -37,7 +38,7 @@ pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: Settings,
     /// How merges gather in the first iteration.
-    gathers: Gathers,
+    chosen: Chosen,
     /// g of each medium, see [`thinning`].
     shares: Vec<f32>,
     chunks: Vec<Stored>,
@@ -48,14 +49,22 @@ impl<'a> Renderer<'a> {
     /// Settings that make no sense.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
-        let gathers = auto::resolve(scene, &settings);
         let shares = thinning::shares(scene, &settings);
-        Ok(Self { scene, settings, gathers, shares, chunks: Vec::new() })
+        let chosen = auto::resolve_with(scene, &settings, &shares);
+        Ok(Self { scene, settings, chosen, shares, chunks: Vec::new() })
     }
 
     /// How merges gather in the first iteration, with what was chosen where the settings left it open.
     pub fn gathers(&self) -> &Gathers {
-        &self.gathers
+        &self.chosen.gathers
+    }
+
+    /// Light subpaths that a technique would merge with if there were no bound on what is stored.
+    ///
+    /// # Panics
+    /// For a technique that does not merge.
+    pub fn left_out(&self, technique: Technique) -> u64 {
+        self.chosen.left_out[place_of(technique).expect("a merge")]
     }
 
     /// g of each medium, see [`thinning`]; empty where all connections are made.
@@ -76,13 +85,14 @@ impl<'a> Renderer<'a> {
         let pass = Pass::new(
             self.settings,
             index,
-            self.gathers.at(index, &self.settings.merging),
+            self.chosen.gathers.at(index, &self.settings.merging),
             partners,
             self.shares.clone(),
         );
         if self.settings.needs_light_paths() {
             stats.light_paths = self.trace_light_paths(&pass, film);
-            stats.light_vertices = self.chunks.iter().map(|c| c.vertices.len() as u64).sum();
+            stats.light_vertices =
+                self.chunks.iter().map(|c| c.vertices.len().max(c.photons.len()) as u64).sum();
             stats.beams = self.chunks.iter().map(|c| c.beams.len() as u64).sum();
         }
         let camera = self.settings.needs_camera_paths();

@@ -1,7 +1,8 @@
 //! The light subpath: what is stored of it, and t = 1.
 
 use super::expression::{Expression, Label};
-use super::merge::photons::{Beam, LightStart, Stored, parts};
+use super::merge::photons::parts;
+use super::merge::store::{Beam, LightStart, Photon, Stored};
 use super::mis::{Link, Pending, connection_weight};
 use super::pass::Pass;
 use super::sink::{Joint, Sink, Start};
@@ -244,8 +245,11 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
             self.connect_to_lens(vertex, random);
         }
         // A merge adds an edge at least, a connection two.
-        if self.points || (self.stored && vertex.length + 2 <= self.pass.settings.max_length) {
-            self.store.vertices.push(Vertex { path: self.index, ..*vertex });
+        if self.stored && vertex.length + 2 <= self.pass.settings.max_length {
+            self.store.vertices.push(*vertex);
+        }
+        if self.points {
+            self.store.photons.push(Photon::new(vertex, self.index));
         }
     }
 
@@ -257,16 +261,7 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
         let light = self.store.starts.len() as u32 - 1;
         let (beams, path) = (&mut self.store.beams, self.index);
         parts(self.scene, self.pass, Mode::Importance, flight, arrival.distance, |stretch| {
-            beams.push(Beam {
-                flight: *flight,
-                origin: stretch.origin,
-                start: stretch.start,
-                length: stretch.length,
-                before: stretch.before,
-                medium: stretch.index,
-                path,
-                light,
-            });
+            beams.push(Beam::new(flight, stretch, path, light));
         });
     }
 

@@ -128,12 +128,14 @@ impl Settings {
     /// with them is the same, and another one with another seed merges with the same radii and counts.
     pub fn pinned(&self, scene: &Scene) -> Self {
         let mut pinned = *self;
-        let gathers = auto::resolve(scene, self);
+        let gathers = auto::resolve(scene, self).gathers;
         for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| self.techniques.has(*t)) {
             let now = gathers.of(technique);
             pinned.merging.of[i].radius = Radius::Absolute(now.radius);
             pinned.merging.of[i].paths = PathCount::Absolute(now.paths);
         }
+        // The counts keep to them.
+        (pinned.merging.most_photons, pinned.merging.most_beams) = (None, None);
         pinned
     }
 

@@ -131,8 +131,6 @@ pub struct Vertex {
     pub trail: u32,
     /// Index of refraction outside of a solid's boundary, see [`Site::outside`].
     pub outside: f32,
-    /// Number of the subpath among those of its kind in its iteration, where it is stored.
-    pub path: u32,
 }
 
 /// What a vertex does to light between two directions, with both subpaths' densities.
@@ -415,7 +413,6 @@ fn arrive<V: Visitor>(
         length,
         trail: flight.trail,
         outside,
-        path: 0,
     })
 }
 

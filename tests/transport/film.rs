@@ -9,7 +9,7 @@ use tyndall::film::{Film, Image, ImageKind, Sample};
 use tyndall::math::Rgb;
 use tyndall::scene::Scene;
 use tyndall::transport::camera_path::Partners;
-use tyndall::transport::merge::photons::Stored;
+use tyndall::transport::merge::store::Stored;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Layers, Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};
 

@@ -22,7 +22,14 @@ pub fn gathers(radii: [f64; 5], paths: [u64; 5]) -> [Gather; 5] {
 pub fn variant(i: usize, of: [Gather; 5]) -> MergeSettings {
     let kind = |bit: usize| if i >> bit & 1 == 0 { Beams::Short } else { Beams::Long };
     let kernel = if i >> 2 & 1 == 0 { Kernel::Constant } else { Kernel::Epanechnikov };
-    MergeSettings { of, kernel, photon_beams: kind(0), camera_beams: kind(1), first: false }
+    MergeSettings {
+        of,
+        kernel,
+        photon_beams: kind(0),
+        camera_beams: kind(1),
+        first: false,
+        ..MergeSettings::default()
+    }
 }
 
 /// The mean of each image.

@@ -15,7 +15,7 @@ use tyndall::scene::Scene;
 use tyndall::scene::file::source::Source;
 use tyndall::texture::Texture;
 use tyndall::transport::camera_path::Partners;
-use tyndall::transport::merge::photons::Stored;
+use tyndall::transport::merge::store::Stored;
 use tyndall::transport::sink::{Joint, Sink, Start};
 use tyndall::transport::walk::Vertex;
 use tyndall::transport::{Settings, Technique, TechniqueSet, camera_path, light_path};

@@ -1,54 +1,82 @@
 //! Radii and counts that the settings leave open, chosen from the scene.
 //!
-//! Radii: a few footprints of a pixel at what it sees first, so that the blur is below what the image shows; in media no
-//! more than a part of the mean free path, over which the light changes. Counts: with every vertex on a surface and in a
-//! ball all light subpaths, as such queries are cheap; with beams as many as give a camera subpath a fixed number
-//! of merges, which a pilot counts: a merge costs about as much as a connection, and where there are many, further ones
-//! add less than a new sample does.
+//! A merge costs about as much as a connection and is worth no more than one; so what is open is chosen such that a
+//! camera subpath has [`MERGES_A_CONNECTION`] times as many merges as connections, shared out evenly among the techniques.
+//! How many there would be a [`Pilot`] counts, and the numbers for other radii follow from
+//!
+//! ```text
+//! merges(N, r) = merges(N_p, r_p) · N / N_p · (r / r_p)^d
+//! ```
+//!
+//! with d the dimension of the kernel. Where there would be too many, first the radius is made smaller, as that costs
+//! variance no more than fewer paths do (N · measure is the same) and makes the blur less, but not below
+//! [`LEAST_FOOTPRINTS`] pixels; then the number of light subpaths. The widest radii are a few footprints of a pixel at what
+//! it sees first, and in media a part of the mean free path, over which the light changes. The relative bias of
+//! a kernel of the radius r is of the order of r² times the light's relative curvature over the kernel: where the light
+//! changes over ten radii, some 1%.
+//!
+//! `nearest = k` is a radius of the whole pass, not of a vertex: the weight of a path holds M_i of all its vertices, and
+//! a radius that depended on the photons about x_i would not be known from x_{i-1}, x_i, x_{i+1} alone, and would be
+//! correlated with what is merged. So r is the radius with which k photons are within it on average, over the
+//! camera subpaths' vertices:
+//!
+//! ```text
+//! r = r_p · (k · N_p / (N · merges a vertex))^(1/d)
+//! ```
 
-use super::gather::{GatherNow, Gathers};
-use super::photons::{Photons, Stored};
-use super::settings::{MERGES, PathCount, Radius};
-use crate::film::Sample;
+use super::gather::Gathers;
+use super::pilot::{self, PILOT, Pilot};
+use super::settings::{MERGES, PathCount, Radius, place_of};
 use crate::geometry::Ray;
 use crate::math::{Stream, StreamKind};
 use crate::scene::{End, Scene};
-use crate::transport::camera_path::{self, Partners};
-use crate::transport::light_path;
-use crate::transport::pass::Pass;
 use crate::transport::settings::Settings;
-use crate::transport::sink::{Joint, Sink};
-use crate::transport::technique::{Technique, TechniqueSet};
-use glam::{UVec2, Vec2};
+use crate::transport::technique::Technique;
+use crate::transport::thinning;
+use glam::Vec2;
 
-/// The pilot's rays lie on a grid of so many a side.
-const GRID: u32 = 32;
-/// Light subpaths of the pilot.
-const PILOT_PATHS: u64 = 4096;
-/// The pilot's random numbers are those of an iteration that no render comes to.
-const PILOT: u64 = u64::MAX;
-/// Merges of a camera subpath that counts are chosen for, a technique with beams.
-const MERGES_A_PATH: f64 = 3.0;
+/// Merges of all techniques together that are aimed at, for each connection.
+const MERGES_A_CONNECTION: f64 = 0.5;
+/// … and at least so many a camera subpath.
+const LEAST_MERGES: f64 = 6.0;
 /// No radius in a medium is above so many mean free paths.
 const MEAN_FREE_PATHS: f32 = 0.25;
+/// No radius that is chosen is below so many footprints, unless a mean free path is.
+const LEAST_FOOTPRINTS: f32 = 0.5;
+/// As many light subpaths as are merged with at least.
+const LEAST_PATHS: u64 = 64;
 
-/// Radii and counts of the first iteration.
-pub fn resolve(scene: &Scene, settings: &Settings) -> Gathers {
-    let mut gathers = Gathers::default();
+/// What was chosen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Chosen {
+    /// Radii and counts of the first iteration.
+    pub gathers: Gathers,
+    /// Light subpaths that were asked for and are not merged with, as there would be more photons or beams than are
+    /// allowed; in the order of [`MERGES`].
+    pub left_out: [u64; MERGES.len()],
+}
+
+/// What the settings leave open, chosen.
+pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
+    resolve_with(scene, settings, &thinning::shares(scene, settings))
+}
+
+/// The same where g of each medium is known already, see [`thinning`].
+pub fn resolve_with(scene: &Scene, settings: &Settings, shares: &[f32]) -> Chosen {
+    let mut chosen = Chosen::default();
     if !settings.techniques.merges() {
-        return gathers;
+        return chosen;
     }
-    let size = scene.camera.size();
-    let pixels = u64::from(size.x) * u64::from(size.y);
+    let pixels = u64::from(scene.camera.size().element_product());
     let (_, scene_radius) = scene.geometry.bounding_sphere();
     let footprint = footprint(scene, settings).unwrap_or(1e-3 * scene_radius.max(1e-6));
-    for (gather, technique) in gathers.of.iter_mut().zip(MERGES) {
+    for (gather, technique) in chosen.gathers.of.iter_mut().zip(MERGES) {
         let asked = settings.merging.of(technique);
         gather.radius = match asked.radius {
             Radius::Absolute(r) => r,
             Radius::Scene(share) => share * scene_radius,
             Radius::Footprint(n) => n * footprint,
-            Radius::Auto => auto_radius(scene, technique, footprint),
+            Radius::Nearest(_) | Radius::Auto => widest(scene, technique, footprint),
         };
         gather.paths = match asked.paths {
             PathCount::Absolute(n) => n,
@@ -56,11 +84,26 @@ pub fn resolve(scene: &Scene, settings: &Settings) -> Gathers {
             PathCount::Auto => pixels,
         };
     }
-    choose_counts(scene, settings, pixels, &mut gathers);
-    gathers
+    if needs_pilot(settings) {
+        let pilot = Pilot::run(scene, settings, shares, &chosen.gathers);
+        choose(settings, &pilot, footprint, &mut chosen.gathers);
+        bound(settings, &pilot, &mut chosen);
+    }
+    chosen
 }
 
-fn auto_radius(scene: &Scene, technique: Technique, footprint: f32) -> f32 {
+fn needs_pilot(settings: &Settings) -> bool {
+    let merging = &settings.merging;
+    let open = |t: Technique| {
+        let gather = merging.of(t);
+        matches!(gather.radius, Radius::Auto | Radius::Nearest(_)) || gather.paths == PathCount::Auto
+    };
+    let bounded = merging.most_photons.is_some() || merging.most_beams.is_some();
+    bounded || MERGES.into_iter().any(|t| settings.techniques.has(t) && open(t))
+}
+
+/// The widest radius that is chosen.
+fn widest(scene: &Scene, technique: Technique, footprint: f32) -> f32 {
     let footprints = match technique {
         Technique::PointPoint => 4.0,
         Technique::BeamBeam => 1.5,
@@ -77,7 +120,7 @@ fn auto_radius(scene: &Scene, technique: Technique, footprint: f32) -> f32 {
         .filter(|m| m.scatters())
         .map(|m| m.summary().mean_free_path.max_element())
         .fold(f32::INFINITY, f32::min);
-    radius.min((MEAN_FREE_PATHS * shortest).max(0.5 * footprint))
+    radius.min((MEAN_FREE_PATHS * shortest).max(LEAST_FOOTPRINTS * footprint))
 }
 
 /// Median footprint of a pixel at what it sees first: distance times the square root of its solid angle. `None` where it
@@ -86,7 +129,7 @@ fn footprint(scene: &Scene, settings: &Settings) -> Option<f32> {
     let camera = &scene.camera;
     let pixels = camera.size().as_vec2().element_product();
     let mut footprints = Vec::new();
-    for (i, pixel) in pilot_pixels(scene).enumerate() {
+    for (i, pixel) in pilot::pixels(scene).enumerate() {
         let mut random = Stream::new(settings.seed, PILOT, StreamKind::Other, i as u64);
         let ray = camera.sample_ray(pixel, Vec2::splat(0.5), random.next_2d());
         let arrival = scene.fly(&Ray::new(ray.origin, ray.dir), scene.camera_inside, &mut random);
@@ -98,68 +141,60 @@ fn footprint(scene: &Scene, settings: &Settings) -> Option<f32> {
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// Pixels spread over the frame.
-fn pilot_pixels(scene: &Scene) -> impl Iterator<Item = UVec2> {
-    let size = scene.camera.size();
-    let side = UVec2::splat(GRID).min(size);
-    (0..side.x * side.y).map(move |i| {
-        let cell = UVec2::new(i % side.x, i / side.x);
-        ((2 * cell + UVec2::ONE) * size) / (2 * side)
-    })
+/// Dimension of a technique's kernel.
+fn dimension(technique: Technique) -> f64 {
+    match technique {
+        Technique::PointPoint => 3.0,
+        Technique::BeamBeam => 1.0,
+        _ => 2.0,
+    }
 }
 
-/// Counts merges.
-#[derive(Default)]
-struct Counter {
-    merges: [u64; MERGES.len()],
-}
-
-impl Sink for Counter {
-    fn record(&mut self, sample: &Sample, _joint: &Joint) {
-        if let Some(i) = MERGES.iter().position(|t| *t == sample.technique) {
-            self.merges[i] += 1;
+/// Radii and counts that are open, by what the pilot counted.
+fn choose(settings: &Settings, pilot: &Pilot, footprint: f32, gathers: &mut Gathers) {
+    let on: Vec<Technique> = MERGES.into_iter().filter(|t| settings.techniques.has(*t)).collect();
+    let all = (MERGES_A_CONNECTION * pilot.connections).max(LEAST_MERGES);
+    let wanted = all / on.len() as f64;
+    for technique in on {
+        let i = place_of(technique).expect("a merge");
+        let (asked, d) = (settings.merging.of(technique), dimension(technique));
+        let (gather, before) = (&mut gathers.of[i], &pilot.gathers.of[i]);
+        let more_paths = gather.paths as f64 / before.paths as f64;
+        // How many there are a vertex or a subpath, with the radius as it is now.
+        let expect =
+            |merges: f64, radius: f32| merges * more_paths * f64::from(radius / before.radius).powf(d);
+        let rescale = |radius: f32, by: f64| (f64::from(radius) * by.powf(1.0 / d)) as f32;
+        if let Radius::Nearest(k) = asked.radius {
+            let now = expect(pilot.merges_a_vertex[i], gather.radius);
+            if now > 0.0 {
+                gather.radius = rescale(gather.radius, f64::from(k) / now);
+            }
+        }
+        let too_many = expect(pilot.merges[i], gather.radius) / wanted;
+        if asked.radius == Radius::Auto && too_many > 1.0 {
+            let least = (LEAST_FOOTPRINTS * footprint).min(gather.radius);
+            gather.radius = rescale(gather.radius, 1.0 / too_many).max(least);
+        }
+        let too_many = expect(pilot.merges[i], gather.radius) / wanted;
+        if asked.paths == PathCount::Auto && too_many > 1.0 {
+            gather.paths = ((gather.paths as f64 / too_many) as u64).max(LEAST_PATHS.min(gather.paths));
         }
     }
 }
 
-/// For each technique with beams whose count is open: as many light subpaths as bring [`MERGES_A_PATH`].
-fn choose_counts(scene: &Scene, settings: &Settings, pixels: u64, gathers: &mut Gathers) {
-    let open = |t: Technique| {
-        settings.techniques.has(t)
-            && settings.merging.of(t).paths == PathCount::Auto
-            && !matches!(t, Technique::Surface | Technique::PointPoint)
-    };
-    let techniques: Vec<Technique> = MERGES.into_iter().filter(|t| open(*t)).collect();
-    if techniques.is_empty() {
-        return;
-    }
-    let paths = PILOT_PATHS.min(pixels);
-    let pilot_gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
-    // The merges of these techniques alone; lengths, paths and beams as in the render.
-    let alone = Settings { techniques: TechniqueSet::of(&techniques), ..*settings };
-    let pass = Pass::new(alone, PILOT, pilot_gathers, 0, Vec::new());
-    let mut counter = Counter::default();
-    let mut stored = Stored::default();
-    let mut chunks = Vec::new();
-    for path in 0..paths {
-        light_path::trace(scene, &pass, path, &mut stored, &mut counter);
-        stored.end_path();
-        if (path + 1) % super::photons::CHUNK == 0 {
-            chunks.push(std::mem::take(&mut stored));
-        }
-    }
-    chunks.push(stored);
-    let photons = Photons::build(scene, &pass, &chunks);
-    let mut camera_paths = 0u64;
-    for pixel in pilot_pixels(scene) {
-        let partners = Partners { vertices: &[], photons: Some(&photons) };
-        camera_path::trace(scene, &pass, pixel, partners, &mut counter);
-        camera_paths += 1;
-    }
-    for technique in techniques {
-        let i = super::settings::place_of(technique).expect("a merge");
-        let merges = counter.merges[i] as f64 / camera_paths as f64;
-        let wanted = paths as f64 * MERGES_A_PATH / merges.max(1e-9);
-        gathers.of[i].paths = (wanted as u64).clamp(paths.min(64), pixels);
+/// No more light subpaths than bring as many photons and beams as are allowed. Weights and estimators take the
+/// number that is merged with, so that what is not stored is not counted.
+fn bound(settings: &Settings, pilot: &Pilot, chosen: &mut Chosen) {
+    for technique in MERGES.into_iter().filter(|t| settings.techniques.has(*t)) {
+        let i = place_of(technique).expect("a merge");
+        let (most, a_path) = match technique {
+            Technique::BeamPoint | Technique::BeamBeam => (settings.merging.most_beams, pilot.beams),
+            _ => (settings.merging.most_photons, pilot.photons),
+        };
+        let Some(most) = most else { continue };
+        let gather = &mut chosen.gathers.of[i];
+        let paths = ((most as f64 / a_path.max(1e-9)) as u64).clamp(1, gather.paths);
+        chosen.left_out[i] = gather.paths - paths;
+        gather.paths = paths;
     }
 }

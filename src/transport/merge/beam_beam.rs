@@ -31,19 +31,23 @@ pub fn gather(
     let camera_ray = Ray { origin: stretch.origin, dir: stretch.dir, t_max: stretch.length };
     let medium = &scene.media[stretch.index as usize];
     photons.beams_for_beams.along(camera_ray.origin, camera_ray.dir, camera_ray.t_max, |piece| {
-        let beam = photons.beam(piece.id);
-        if beam.medium != stretch.index {
+        if piece.medium != stretch.index {
             return;
         }
-        let light_ray = Ray { origin: beam.origin, ..beam.flight.ray };
+        let light_ray = Ray::new(piece.origin.into(), piece.dir.into());
         let Some((t, s, d2)) = pass_by(&camera_ray, &light_ray) else { return };
         let here = s >= piece.from && s < piece.to;
         if d2 > radius * radius || !here || !(t > 0.0 && t < camera_ray.t_max) {
             return;
         }
+        let beam = photons.beam(piece.id);
+        let arriving = (beam.edges() + 1, beam.trail);
+        if !join::asked_for(pass, Label::Medium, arriving, (flight.length + 1, flight.trail)) {
+            return;
+        }
         let point = camera_ray.at(t);
         let at = medium.coefficients(point);
-        let Some(light) = photons.arm(scene, pass, piece.id, s, &at) else { return };
+        let Some(light) = photons.arm(scene, pass, beam, s, &at) else { return };
         let depth = medium.optical_depth(camera_ray.origin, camera_ray.dir, 0.0, t);
         let passage = stretch.before.then(depth, true);
         let distance = stretch.start + t;

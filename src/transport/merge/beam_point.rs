@@ -23,13 +23,17 @@ pub fn gather(
     let radius = pass.gathers.of(Technique::BeamPoint).radius;
     let camera = Arm::from(vertex);
     photons.beams_for_points.about(collision.p, |piece| {
-        let beam = photons.beam(piece.id);
-        let ray = Ray { origin: beam.origin, ..beam.flight.ray };
+        let ray = Ray::new(piece.origin.into(), piece.dir.into());
         let (t, d2) = nearest(&ray, collision.p);
-        if beam.medium != collision.medium || d2 > radius * radius || !(t >= piece.from && t < piece.to) {
+        if piece.medium != collision.medium || d2 > radius * radius || !(t >= piece.from && t < piece.to) {
             return;
         }
-        let Some(light) = photons.arm(scene, pass, piece.id, t, &collision.coefficients) else { return };
+        let beam = photons.beam(piece.id);
+        let arriving = (beam.edges() + 1, beam.trail);
+        if !join::asked_for(pass, Label::Medium, arriving, (camera.length, camera.trail)) {
+            return;
+        }
+        let Some(light) = photons.arm(scene, pass, beam, t, &collision.coefficients) else { return };
         let Some(scattering) = vertex.scatter(scene, light.back, vertex.to_previous) else { return };
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&light, &camera);

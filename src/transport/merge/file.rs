@@ -5,7 +5,7 @@ use super::settings::{Beams, Gather, MergeSettings, PathCount, Radius};
 use crate::error::{Error, Result};
 use serde::Deserialize;
 
-/// `merge = { kernel, photon_beams, camera_beams, first, surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
+/// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
 #[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct MergeDef {
@@ -13,10 +13,14 @@ pub struct MergeDef {
     pub kernel: Option<Kernel>,
     /// `short` or `long`; default `short`.
     pub photon_beams: Option<Beams>,
-    /// `short` or `long`; default `long`.
+    /// `short` or `long`; default `long` where camera subpaths end at their first vertex, else `short`.
     pub camera_beams: Option<Beams>,
     /// Whether camera subpaths end at their first vertex that is not specular; default: as the preset says.
     pub first: Option<bool>,
+    /// About as many photons are stored for merges at most; default no bound.
+    pub most_photons: Option<u64>,
+    /// About as many beams are stored at most; default no bound.
+    pub most_beams: Option<u64>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,
     /// Of P-P3D.
@@ -33,8 +37,8 @@ pub struct MergeDef {
 #[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GatherDef {
-    /// In metres, or `{ scene = share of the scene's radius }`, or `{ footprint = number of pixel footprints }`; default:
-    /// chosen from the scene.
+    /// In metres, or `{ scene = share of the scene's radius }`, or `{ footprint = number of pixel footprints }`, or
+    /// `{ nearest = number of photons within it on average }`; default: chosen from the scene.
     pub radius: Option<RadiusDef>,
     /// Above 0, at most 1: how the kernel's measure shrinks with the iterations; default 0.75, 1 keeps it.
     pub alpha: Option<f32>,
@@ -44,7 +48,10 @@ pub struct GatherDef {
 
 /// A radius.
 #[derive(Deserialize, Clone, Copy, Debug, PartialEq)]
-#[serde(untagged, expecting = "expected metres, { scene = share } or { footprint = number }")]
+#[serde(
+    untagged,
+    expecting = "expected metres, { scene = share }, { footprint = number } or { nearest = number }"
+)]
 pub enum RadiusDef {
     /// In metres.
     Metres(f32),
@@ -57,6 +64,11 @@ pub enum RadiusDef {
     Footprint {
         /// How many.
         footprint: f32,
+    },
+    /// By photons within it.
+    Nearest {
+        /// How many.
+        nearest: f32,
     },
 }
 
@@ -82,6 +94,7 @@ impl GatherDef {
                 Some(RadiusDef::Metres(r)) => Radius::Absolute(r),
                 Some(RadiusDef::Scene { scene }) => Radius::Scene(scene),
                 Some(RadiusDef::Footprint { footprint }) => Radius::Footprint(footprint),
+                Some(RadiusDef::Nearest { nearest }) => Radius::Nearest(nearest),
             },
             alpha: self.alpha.unwrap_or(default.alpha),
             paths: match self.paths {
@@ -110,13 +123,18 @@ impl MergeDef {
     /// What it comes to where the preset says `first`.
     pub fn resolve(&self, first: bool) -> MergeSettings {
         let default = MergeSettings::default();
+        let first = self.first.unwrap_or(first);
+        // Along the only edge that merges, the whole ray is worth its time.
+        let camera_beams = if first { Beams::Long } else { default.camera_beams };
         let gather = |def: Option<GatherDef>| def.unwrap_or_default().resolve();
         MergeSettings {
             of: [self.surf, self.pp3d, self.pb2d, self.bp2d, self.bb1d].map(gather),
             kernel: self.kernel.unwrap_or(default.kernel),
             photon_beams: self.photon_beams.unwrap_or(default.photon_beams),
-            camera_beams: self.camera_beams.unwrap_or(default.camera_beams),
-            first: self.first.unwrap_or(first),
+            camera_beams: self.camera_beams.unwrap_or(camera_beams),
+            first,
+            most_photons: self.most_photons,
+            most_beams: self.most_beams,
         }
     }
 }

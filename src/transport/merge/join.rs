@@ -50,8 +50,17 @@ pub fn scatter_in(medium: &Medium, at: &Coefficients, wl: Vec3A, wc: Vec3A) -> S
     Scattering { value: at.sigma_s * phase, pdf_light: pdf, pdf_camera: pdf }
 }
 
+/// Whether the path of two subpaths that meet is asked for, by its length and its vertices: each has so many edges and such a
+/// trail. Asked before anything is computed of the pair.
+#[inline]
+pub fn asked_for(pass: &Pass, label: Label, light: (u32, u32), camera: (u32, u32)) -> bool {
+    let settings = &pass.settings;
+    (settings.min_length..=settings.max_length).contains(&(light.0 + camera.0))
+        && Expression::accepts(settings.paths.step(camera.1 as u8, label), light.1)
+}
+
 /// The sample of two arms that meet by `technique`, whose kernel is `kernel` times the constant one for this pair.
-/// `None` where there is none: its length or its vertices are not asked for, or nothing comes through.
+/// `None` where nothing comes through. That it is [`asked_for`] is known.
 #[inline]
 pub fn sample(
     pass: &Pass,
@@ -63,14 +72,6 @@ pub fn sample(
 ) -> Option<Sample> {
     let (light, camera) = arms;
     let settings = &pass.settings;
-    let length = light.length + camera.length;
-    if length < settings.min_length || length > settings.max_length {
-        return None;
-    }
-    let paths = &settings.paths;
-    if !Expression::accepts(paths.step(camera.trail as u8, label), light.trail) {
-        return None;
-    }
     let sine = sine(light.back, camera.back);
     let constant = match technique {
         Technique::BeamBeam => pass.gathers.of(technique).density(technique) * sine,

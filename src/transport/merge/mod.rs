@@ -2,26 +2,31 @@
 //!
 //! One file a technique: [`surface`], [`point_point`] (P-P3D), [`point_beam`] (P-B2D), [`beam_point`] (B-P2D) and [`beam_beam`]
 //! (B-B1D) [Křivánek et al. 2014]. What they find they give to [`join`], which makes a weighted sample of it. Structures
-//! to find it by are built once an iteration, in [`photons`].
+//! to find it by are built once an iteration: a hashed [`grid`] of points, trees of [`boxes`] about points and beams; see [`photons`].
 //!
 //! Every camera vertex and every camera ray merges. Both vertices have to lie in the same medium.
 
 pub mod auto;
 pub mod beam_beam;
 pub mod beam_point;
+pub mod boxes;
 pub mod file;
 pub mod gather;
+pub mod grid;
 pub mod join;
 pub mod kernel;
 pub mod photons;
+pub mod pilot;
 pub mod point_beam;
 pub mod point_point;
 pub mod settings;
+pub mod store;
 pub mod surface;
 
 pub use file::MergeDef;
 pub use gather::{GatherNow, Gathers};
 pub use join::Arm;
 pub use kernel::Kernel;
-pub use photons::{Beam, Photons, Stored};
+pub use photons::Photons;
 pub use settings::{Beams, Gather, MERGES, MergeSettings, PathCount, Radius, place_of};
+pub use store::{Beam, Photon, Stored};

@@ -1,7 +1,7 @@
 //! P-B2D: collisions of light subpaths on a disc across a camera beam, the beam radiance estimate
 //! [Jarosz et al. 2008; Křivánek et al. 2014, 4.1].
 
-use super::join::{self, Arm, nearest};
+use super::join::{self, nearest, scatter_in};
 use super::photons::Photons;
 use crate::bsdf::Mode;
 use crate::film::Sample;
@@ -11,7 +11,7 @@ use crate::transport::expression::Label;
 use crate::transport::pass::Pass;
 use crate::transport::sink::Meeting;
 use crate::transport::technique::Technique;
-use crate::transport::walk::{Flight, Place};
+use crate::transport::walk::Flight;
 
 /// Merges the part of a camera beam in one medium with the collisions about it. `count`: c of the connection
 /// that ends the camera subpath before the collision, raised.
@@ -28,24 +28,29 @@ pub fn gather(
     let radius = pass.gathers.of(Technique::PointBeam).radius;
     let ray = Ray { origin: stretch.origin, dir: stretch.dir, t_max: stretch.length };
     let medium = &scene.media[stretch.index as usize];
-    photons.balls.along(ray.origin, ray.dir, ray.t_max, |id| {
-        let photon = photons.vertex(*id);
-        let Place::Medium(collision) = &photon.place else { return };
-        let (t, d2) = nearest(&ray, collision.p);
-        if collision.medium != stretch.index || d2 > radius * radius || !(t > 0.0 && t < ray.t_max) {
+    photons.balls.along(ray.origin, ray.dir, ray.t_max, |entry| {
+        let p = entry.p.into();
+        let (t, d2) = nearest(&ray, p);
+        if d2 > radius * radius || !(t > 0.0 && t < ray.t_max) {
             return;
         }
-        let Some(scattering) = photon.scatter(scene, photon.to_previous, -ray.dir) else { return };
+        let photon = photons.photon(entry.id);
+        let (light, camera) = ((photon.length(), photon.trail), (flight.length + 1, flight.trail));
+        if photon.medium() != Some(stretch.index) || !join::asked_for(pass, Label::Medium, light, camera) {
+            return;
+        }
+        let at = medium.coefficients(p);
         let passage = stretch.before.then(medium.optical_depth(ray.origin, ray.dir, 0.0, t), true);
-        let rate = collision.coefficients.sigma_t;
-        let Some(arm) = flight.arm(pass, Mode::Radiance, stretch.start + t, &passage, rate, count) else {
+        let Some(arm) = flight.arm(pass, Mode::Radiance, stretch.start + t, &passage, at.sigma_t, count)
+        else {
             return;
         };
+        let scattering = scatter_in(medium, &at, photon.to_previous.into(), arm.back);
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
-        let arms = (&Arm::from(photon), &arm);
+        let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointBeam, Label::Medium, arms, &scattering, kernel);
         if let Some(sample) = sample {
-            record(&sample, Meeting { path: photon.path, light: collision.p, camera: ray.at(t) });
+            record(&sample, Meeting { path: photon.path, light: p, camera: ray.at(t) });
         }
     });
 }

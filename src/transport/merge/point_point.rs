@@ -8,7 +8,7 @@ use crate::transport::expression::Label;
 use crate::transport::pass::Pass;
 use crate::transport::sink::Meeting;
 use crate::transport::technique::Technique;
-use crate::transport::walk::{Place, Vertex};
+use crate::transport::walk::Vertex;
 
 /// Merges a camera vertex in a medium with the collisions of light subpaths about it.
 #[inline]
@@ -21,18 +21,18 @@ pub fn gather(
 ) {
     let radius = pass.gathers.of(Technique::PointPoint).radius;
     let arm = Arm::from(vertex);
-    photons.collisions.within(collision.p, radius, |id, d2| {
-        let photon = photons.vertex(id);
-        if !matches!(&photon.place, Place::Medium(other) if other.medium == collision.medium) {
+    photons.collisions.within(collision.p, |id, d2| {
+        let photon = photons.photon(id);
+        let (light, camera) = ((photon.length(), photon.trail), (arm.length, arm.trail));
+        if photon.medium() != Some(collision.medium) || !join::asked_for(pass, Label::Medium, light, camera) {
             return;
         }
-        let Some(scattering) = vertex.scatter(scene, photon.to_previous, vertex.to_previous) else { return };
+        let Some(scattering) = vertex.scatter(scene, photon.to_previous.into(), arm.back) else { return };
         let kernel = pass.settings.merging.kernel.ball(d2 / (radius * radius));
-        let arms = (&Arm::from(photon), &arm);
+        let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointPoint, Label::Medium, arms, &scattering, kernel);
         if let Some(sample) = sample {
-            let light = photon.place.position();
-            record(&sample, Meeting { path: photon.path, light, camera: collision.p });
+            record(&sample, Meeting { path: photon.path, light: photon.p.into(), camera: collision.p });
         }
     });
 }

@@ -25,8 +25,10 @@ pub enum Radius {
     Absolute(f32),
     /// In radii of the sphere about the scene.
     Scene(f32),
-    /// In mean footprints of a pixel at what it sees first.
+    /// In median footprints of a pixel at what it sees first.
     Footprint(f32),
+    /// Such that so many photons are within it on average, about the vertices of camera subpaths; see [`super::auto`].
+    Nearest(f32),
 }
 
 /// How many light subpaths of an iteration a technique uses.
@@ -83,6 +85,11 @@ pub struct MergeSettings {
     /// Whether camera subpaths end at their first vertex that is not specular, as in earlier work, and each path has
     /// a single place to be merged at.
     pub first: bool,
+    /// About as many photons are stored for merges at most: fewer light subpaths are merged with where there would be
+    /// more. `None` for no bound.
+    pub most_photons: Option<u64>,
+    /// The same of beams.
+    pub most_beams: Option<u64>,
 }
 
 impl Default for MergeSettings {
@@ -91,8 +98,10 @@ impl Default for MergeSettings {
             of: [Gather::default(); 5],
             kernel: Kernel::Constant,
             photon_beams: Beams::Short,
-            camera_beams: Beams::Long,
+            camera_beams: Beams::Short,
             first: false,
+            most_photons: None,
+            most_beams: None,
         }
     }
 }
@@ -117,7 +126,7 @@ impl MergeSettings {
         for technique in MERGES {
             let Gather { radius, alpha, paths } = *self.of(technique);
             let key = technique.info().key;
-            if let Radius::Absolute(r) | Radius::Scene(r) | Radius::Footprint(r) = radius
+            if let Radius::Absolute(r) | Radius::Scene(r) | Radius::Footprint(r) | Radius::Nearest(r) = radius
                 && !(r.is_finite() && r > 0.0)
             {
                 return Err(Error::usage(format!("the radius of {key} is {r}: it must be above 0")));
@@ -134,6 +143,11 @@ impl MergeSettings {
             };
             if none {
                 return Err(Error::usage(format!("the number of light paths of {key} must be above 0")));
+            }
+        }
+        for (what, most) in [("photons", self.most_photons), ("beams", self.most_beams)] {
+            if most == Some(0) {
+                return Err(Error::usage(format!("most_{what} is 0: with no {what} nothing merges")));
             }
         }
         let connects = [Technique::NextEvent, Technique::Connect, Technique::Lens]

@@ -22,14 +22,18 @@ pub fn gather(
     let radius = pass.gathers.of(Technique::Surface).radius;
     let here = vertex.place.position();
     let arm = Arm::from(vertex);
-    photons.surface.within(here, radius, |id, d2| {
-        let photon = photons.vertex(id);
-        let Some(scattering) = vertex.scatter(scene, photon.to_previous, vertex.to_previous) else { return };
+    photons.surface.within(here, |id, d2| {
+        let photon = photons.photon(id);
+        let (light, camera) = ((photon.length(), photon.trail), (arm.length, arm.trail));
+        if !join::asked_for(pass, Label::Surface, light, camera) {
+            return;
+        }
+        let Some(scattering) = vertex.scatter(scene, photon.to_previous.into(), arm.back) else { return };
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
-        let arms = (&Arm::from(photon), &arm);
+        let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::Surface, Label::Surface, arms, &scattering, kernel);
         if let Some(sample) = sample {
-            record(&sample, Meeting { path: photon.path, light: photon.place.position(), camera: here });
+            record(&sample, Meeting { path: photon.path, light: photon.p.into(), camera: here });
         }
     });
 }

@@ -1,0 +1,126 @@
+//! A pilot: a few light subpaths, merged and connected with a few camera subpaths, and what came of it, counted.
+
+use super::gather::{GatherNow, Gathers};
+use super::photons::Photons;
+use super::settings::{MERGES, place_of};
+use super::store::{CHUNK, Stored};
+use crate::film::Sample;
+use crate::scene::Scene;
+use crate::transport::camera_path::{self, Partners};
+use crate::transport::light_path;
+use crate::transport::pass::Pass;
+use crate::transport::settings::Settings;
+use crate::transport::sink::{Joint, Sink};
+use crate::transport::technique::Technique;
+use crate::transport::walk::{Place, Vertex};
+use glam::UVec2;
+
+/// The pilot's camera subpaths lie on a grid of so many a side.
+const GRID: u32 = 32;
+/// Light subpaths of the pilot.
+const PATHS: u64 = 4096;
+/// The pilot's random numbers are those of an iteration that no render comes to.
+pub const PILOT: u64 = u64::MAX;
+
+/// What a pilot counted.
+#[derive(Clone, Copy, Debug)]
+pub struct Pilot {
+    /// How each technique gathered.
+    pub gathers: Gathers,
+    /// Merges a camera subpath, by technique.
+    pub merges: [f64; MERGES.len()],
+    /// Merges a vertex of camera subpaths: on surfaces for SURF, else in media.
+    pub merges_a_vertex: [f64; MERGES.len()],
+    /// Connections a camera subpath that were not blocked.
+    pub connections: f64,
+    /// Photons that are stored a light subpath.
+    pub photons: f64,
+    /// Beams that are stored a light subpath.
+    pub beams: f64,
+}
+
+/// Pixels spread over the frame.
+pub fn pixels(scene: &Scene) -> impl Iterator<Item = UVec2> {
+    let size = scene.camera.size();
+    let side = UVec2::splat(GRID).min(size);
+    (0..side.x * side.y).map(move |i| {
+        let cell = UVec2::new(i % side.x, i / side.x);
+        ((2 * cell + UVec2::ONE) * size) / (2 * side)
+    })
+}
+
+#[derive(Default)]
+struct Counter {
+    merges: [u64; MERGES.len()],
+    connections: u64,
+    on_surfaces: u64,
+    in_media: u64,
+}
+
+impl Sink for Counter {
+    fn record(&mut self, sample: &Sample, _joint: &Joint) {
+        match place_of(sample.technique) {
+            Some(i) => self.merges[i] += 1,
+            None => self.connections += u64::from(sample.technique != Technique::Hit),
+        }
+    }
+
+    fn vertex(&mut self, vertex: &Vertex) {
+        match vertex.place {
+            Place::Surface(_) => self.on_surfaces += 1,
+            Place::Medium(_) => self.in_media += 1,
+        }
+    }
+}
+
+impl Pilot {
+    /// Runs it where each technique gathers with the radii of `gathers` and collisions are connected with these `shares`.
+    pub fn run(scene: &Scene, settings: &Settings, shares: &[f32], gathers: &Gathers) -> Self {
+        let size = scene.camera.size();
+        let paths = PATHS.min(u64::from(size.x) * u64::from(size.y));
+        let gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
+        let pass = Pass::new(*settings, PILOT, gathers, paths, shares.to_vec());
+        let (chunks, light) = walk_light(scene, &pass, paths);
+        let photons = Photons::build(scene, &pass, &chunks);
+        let connects = pass.on(Technique::Connect);
+        let mut counter = Counter::default();
+        let mut camera_paths = 0u64;
+        for (i, pixel) in pixels(scene).enumerate() {
+            let partner = i % paths as usize;
+            let chunk = &chunks[partner / CHUNK as usize];
+            let vertices = if connects { chunk.path(partner % CHUNK as usize) } else { &[] };
+            let partners = Partners { vertices, photons: Some(&photons) };
+            camera_path::trace(scene, &pass, pixel, partners, &mut counter);
+            camera_paths += 1;
+        }
+        let a_camera_path = |n: u64| n as f64 / camera_paths as f64;
+        let a_light_path = |n: usize| n as f64 / paths as f64;
+        let merges = counter.merges.map(a_camera_path);
+        Self {
+            gathers,
+            merges,
+            merges_a_vertex: std::array::from_fn(|i| {
+                let on_surface = MERGES[i] == Technique::Surface;
+                let vertices = if on_surface { counter.on_surfaces } else { counter.in_media };
+                counter.merges[i] as f64 / vertices.max(1) as f64
+            }),
+            connections: a_camera_path(counter.connections) + light.connections as f64 / paths as f64,
+            photons: a_light_path(chunks.iter().map(|c| c.photons.len()).sum()),
+            beams: a_light_path(chunks.iter().map(|c| c.beams.len()).sum()),
+        }
+    }
+}
+
+/// The light subpaths, and what they made by themselves.
+fn walk_light(scene: &Scene, pass: &Pass, paths: u64) -> (Vec<Stored>, Counter) {
+    let (mut chunks, mut stored, mut counter) = (Vec::new(), Stored::default(), Counter::default());
+    for path in 0..paths {
+        light_path::trace(scene, pass, path, &mut stored, &mut counter);
+        stored.end_path();
+        if (path + 1) % CHUNK == 0 {
+            chunks.push(std::mem::take(&mut stored));
+        }
+    }
+    chunks.push(stored);
+    (chunks, counter)
+}
