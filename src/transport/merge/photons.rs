@@ -5,7 +5,7 @@
 //! a tree, about 64. Bytes a beam: a [`Beam`], 128 at most, twice, and 48 and a box for each [`Piece`]. Vertices that are
 //! connected are kept beside these.
 
-use super::boxes::{Boxes, widened};
+use super::boxes::{Boxes, Crossed, widened};
 use super::gather::Gathers;
 use super::grid::{Entry, Points};
 use super::join::{Arm, is_negligible};
@@ -54,11 +54,11 @@ pub struct Photons {
     /// Collisions, for P-P3D.
     pub collisions: Points,
     /// Balls about collisions, for P-B2D.
-    pub balls: Boxes<Entry>,
+    pub balls: Crossed<Entry>,
     /// Pieces of beams, for B-P2D.
     pub beams_for_points: Boxes<Piece>,
     /// Pieces of beams, for B-B1D.
-    pub beams_for_beams: Boxes<Piece>,
+    pub beams_for_beams: Crossed<Piece>,
 }
 
 impl Photons {
@@ -79,8 +79,14 @@ impl Photons {
                 || balls(&entries(pass, gathers, chunks, Technique::PointBeam, in_medium), gathers),
                 || {
                     rayon::join(
-                        || pieces(scene, pass, chunks, Technique::BeamPoint),
-                        || pieces(scene, pass, chunks, Technique::BeamBeam),
+                        || {
+                            let (boxes, pieces) = pieces(scene, pass, chunks, Technique::BeamPoint);
+                            Boxes::build(&boxes, &pieces)
+                        },
+                        || {
+                            let (boxes, pieces) = pieces(scene, pass, chunks, Technique::BeamBeam);
+                            Crossed::build(&boxes, &pieces)
+                        },
                     )
                 },
             )
@@ -176,15 +182,16 @@ fn entries(
     entries
 }
 
-fn balls(entries: &[Entry], gathers: &Gathers) -> Boxes<Entry> {
+fn balls(entries: &[Entry], gathers: &Gathers) -> Crossed<Entry> {
     let radius = gathers.of(Technique::PointBeam).radius;
     let boxes: Vec<Aabb> = entries.iter().map(|e| widened(e.p.into(), e.p.into(), radius)).collect();
-    Boxes::build(&boxes, entries)
+    Crossed::build(&boxes, entries)
 }
 
-fn pieces(scene: &Scene, pass: &Pass, chunks: &[Stored], technique: Technique) -> Boxes<Piece> {
+/// Boxes about pieces of the beams that a technique merges with, and the pieces; none where it is off.
+fn pieces(scene: &Scene, pass: &Pass, chunks: &[Stored], technique: Technique) -> (Vec<Aabb>, Vec<Piece>) {
     if !pass.on(technique) {
-        return Boxes::build(&[], &[]);
+        return (Vec::new(), Vec::new());
     }
     let gather = pass.gathers.of(technique);
     let (_, scene_radius) = scene.geometry.bounding_sphere();
@@ -218,7 +225,7 @@ fn pieces(scene: &Scene, pass: &Pass, chunks: &[Stored], technique: Technique) -
         })
         .collect();
     let (boxes, pieces): (Vec<_>, Vec<_>) = made.into_iter().unzip();
-    Boxes::build(&boxes.concat(), &pieces.concat())
+    (boxes.concat(), pieces.concat())
 }
 
 /// Cuts an edge that a walk in `mode` has flown, or the whole ray where its beams are long, into its parts through
