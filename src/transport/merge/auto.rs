@@ -12,8 +12,8 @@
 //! variance no more than fewer paths do (N · measure is the same) and makes the blur less, but not below
 //! [`LEAST_FOOTPRINTS`] pixels; then the number of light subpaths. The widest radii are a few footprints of a pixel at what
 //! it sees first, and in media a part of the mean free path, over which the light changes. The relative bias of
-//! a kernel of the radius r is of the order of r² times the light's relative curvature over the kernel: where the light
-//! changes over ten radii, some 1%.
+//! a kernel of the radius r is of the order of r² times the light's relative curvature over the kernel: by that estimate some
+//! 1% where the light changes over ten radii. It has not been measured for the radii that are chosen.
 //!
 //! `nearest = k` is a radius of the whole pass, not of a vertex: the weight of a path holds M_i of all its vertices, and
 //! a radius that depended on the photons about x_i would not be known from x_{i-1}, x_i, x_{i+1} alone, and would be
