@@ -198,3 +198,13 @@ fn help_and_tables_are_printed() {
     }
     assert!(bench.succeed("--version").0.starts_with("tyndall "));
 }
+
+/// Merges in media are no error beside techniques that can do without a medium, but a word is due.
+#[test]
+fn merges_in_media_are_warned_of_where_there_is_none() {
+    let bench = Bench::new();
+    let (_, err) = bench.succeed("render small --estimator upbp --spp 1 --out with.exr");
+    assert!(err.contains("warning: nothing scatters") && err.contains("pp3d, pb2d, bb1d"), "{err}");
+    let (_, err) = bench.succeed("render small --estimator vcm --spp 1 --out without.exr");
+    assert!(!err.contains("warning"), "{err}");
+}

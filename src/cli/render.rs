@@ -85,6 +85,13 @@ fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Resul
     };
     settings.validate()?;
     settings.check_scene(scene)?;
+    let idle: Vec<&str> = settings.idle(scene).iter().map(|t| t.info().key).collect();
+    if !idle.is_empty() {
+        eprintln!(
+            "warning: nothing scatters in the media of this scene: {} have nothing to do",
+            idle.join(", ")
+        );
+    }
     Ok(settings.pinned(scene))
 }
 

@@ -139,6 +139,12 @@ impl Settings {
         pinned
     }
 
+    /// Techniques that are on and have nothing to do in this scene: merges in media, where no medium scatters.
+    pub fn idle(&self, scene: &Scene) -> Vec<Technique> {
+        let in_media = |t: &Technique| MERGES.contains(t) && *t != Technique::Surface;
+        self.techniques.iter().filter(|t| !scene.traits.scattering && in_media(t)).collect()
+    }
+
     /// Whether light subpaths are walked at all.
     pub fn needs_light_paths(&self) -> bool {
         self.needs_partners() || self.techniques.merges()
