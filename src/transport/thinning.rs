@@ -14,6 +14,7 @@
 
 use super::expression::Label;
 use super::merge::Gathers;
+use super::merge::pilot::{PILOT, pixels};
 use super::pass::Pass;
 use super::settings::{Connections, Settings};
 use super::technique::{Technique, TechniqueSet};
@@ -22,7 +23,6 @@ use crate::bsdf::Mode;
 use crate::geometry::Ray;
 use crate::math::{Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
-use glam::UVec2;
 
 /// b: so many collisions of a subpath in a medium may be connected on average before they are thinned out.
 const BUNCH: f64 = 2.0;
@@ -38,15 +38,11 @@ pub fn shares(scene: &Scene, settings: &Settings) -> Vec<f32> {
         return Vec::new();
     }
     let alone = Settings { techniques: TechniqueSet::of(&[Technique::Hit]), ..*settings };
-    let pass = Pass::new(alone, u64::MAX, Gathers::default(), 0, Vec::new());
+    let pass = Pass::new(alone, PILOT, Gathers::default(), 0, Vec::new());
     let mut counter = Counter { now: vec![0; scene.media.len()], sums: vec![[0.0; 2]; scene.media.len()] };
-    let size = scene.camera.size();
-    let side = UVec2::splat(GRID).min(size);
-    for i in 0..side.x * side.y {
-        let cell = UVec2::new(i % side.x, i / side.x);
-        let pixel = ((2 * cell + UVec2::ONE) * size) / (2 * side);
+    for (i, pixel) in pixels(scene, GRID).enumerate() {
         // The seed is no part of it: independent runs shall have the same techniques.
-        let mut random = Stream::new(0, u64::MAX, StreamKind::Other, u64::from(i));
+        let mut random = Stream::new(0, PILOT, StreamKind::Other, i as u64);
         let ray = scene.camera.sample_ray(pixel, random.next_2d(), random.next_2d());
         let flight = Flight::from_lens(scene, &pass, Ray::new(ray.origin, ray.dir), ray.pdf);
         walk::<false, _>(scene, &pass, LENGTH, flight, &mut random, &mut counter);

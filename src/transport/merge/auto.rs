@@ -129,7 +129,7 @@ fn footprint(scene: &Scene, settings: &Settings) -> Option<f32> {
     let camera = &scene.camera;
     let pixels = camera.size().as_vec2().element_product();
     let mut footprints = Vec::new();
-    for (i, pixel) in pilot::pixels(scene).enumerate() {
+    for (i, pixel) in pilot::pixels(scene, pilot::GRID).enumerate() {
         let mut random = Stream::new(settings.seed, PILOT, StreamKind::Other, i as u64);
         let ray = camera.sample_ray(pixel, Vec2::splat(0.5), random.next_2d());
         let arrival = scene.fly(&Ray::new(ray.origin, ray.dir), scene.camera_inside, &mut random);

@@ -16,7 +16,7 @@ use crate::transport::walk::{Place, Vertex};
 use glam::UVec2;
 
 /// The pilot's camera subpaths lie on a grid of so many a side.
-const GRID: u32 = 32;
+pub const GRID: u32 = 32;
 /// Light subpaths of the pilot.
 const PATHS: u64 = 4096;
 /// The pilot's random numbers are those of an iteration that no render comes to.
@@ -39,10 +39,10 @@ pub struct Pilot {
     pub beams: f64,
 }
 
-/// Pixels spread over the frame.
-pub fn pixels(scene: &Scene) -> impl Iterator<Item = UVec2> {
+/// Pixels spread over the frame, on a grid of `side` a side, or of all where there are fewer.
+pub fn pixels(scene: &Scene, side: u32) -> impl Iterator<Item = UVec2> {
     let size = scene.camera.size();
-    let side = UVec2::splat(GRID).min(size);
+    let side = UVec2::splat(side).min(size);
     (0..side.x * side.y).map(move |i| {
         let cell = UVec2::new(i % side.x, i / side.x);
         ((2 * cell + UVec2::ONE) * size) / (2 * side)
@@ -85,7 +85,7 @@ impl Pilot {
         let connects = pass.on(Technique::Connect);
         let mut counter = Counter::default();
         let mut camera_paths = 0u64;
-        for (i, pixel) in pixels(scene).enumerate() {
+        for (i, pixel) in pixels(scene, GRID).enumerate() {
             let partner = i % paths as usize;
             let chunk = &chunks[partner / CHUNK as usize];
             let vertices = if connects { chunk.path(partner % CHUNK as usize) } else { &[] };
