@@ -4,12 +4,13 @@
 use std::path::{Path, PathBuf};
 
 /// What decides the pixels of a render, beside the scene and the settings.
-const CODE: [&str; 13] = [
+const CODE: [&str; 14] = [
     "Cargo.lock",
     "src/bsdf",
     "src/camera",
     "src/film/accumulator.rs",
     "src/film/layout.rs",
+    "src/film/state.rs",
     "src/geometry",
     "src/light",
     "src/math",

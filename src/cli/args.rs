@@ -18,6 +18,10 @@ pub struct Cli {
 pub enum Command {
     /// Run an experiment: render, measure, compare, and write a page of figures.
     Run(RunArgs),
+    /// Tell how far an experiment has come: what is done, under way and left.
+    Status(StatusArgs),
+    /// Put the parts of an experiment that shards rendered together, and measure them.
+    Merge(MergeArgs),
     /// Render a scene with one estimator.
     Render(RenderArgs),
     /// Measure an image against a reference.
@@ -57,6 +61,55 @@ pub struct RunArgs {
     #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,
     /// Change an entry of the experiment file, as in --set budget.spp=16 or --set estimator.pt.max_length=4.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Render a part of the runs only, such as 2/8 for the second of eight, and measure nothing: `tyndall merge` does.
+    #[arg(long, value_name = "I/N", value_parser = super::parse::shard)]
+    pub shard: Option<(u64, u64)>,
+}
+
+/// `tyndall status`.
+#[derive(Args, Debug)]
+pub struct StatusArgs {
+    /// The experiment file.
+    #[arg(value_name = "EXPERIMENT.toml")]
+    pub experiment: PathBuf,
+    /// Folder of the results [default: results/<experiment>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder where rendered references are kept [default: .references beside the folder of results].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Threads that the experiment runs with: timed runs are those of as many [default: one a processor].
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
+    pub threads: Option<usize>,
+    /// Change an entry of the experiment file, as for `tyndall run`.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Delete the runs of other settings, scene contents or rendering code from the folder of results.
+    #[arg(long)]
+    pub prune: bool,
+}
+
+/// `tyndall merge`.
+#[derive(Args, Debug)]
+pub struct MergeArgs {
+    /// The experiment file.
+    #[arg(value_name = "EXPERIMENT.toml")]
+    pub experiment: PathBuf,
+    /// Folders of results that shards made, if they have folders of their own.
+    #[arg(value_name = "DIR")]
+    pub from: Vec<PathBuf>,
+    /// Folder of the results [default: results/<experiment>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder where rendered references are kept [default: .references beside the folder of results].
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Threads that the shards ran with: timed runs are those of as many [default: one a processor].
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
+    pub threads: Option<usize>,
+    /// Change an entry of the experiment file, as for `tyndall run`.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
 }
@@ -216,6 +269,9 @@ mod tests {
             "render s --estimator pt --techniques nee",
             "render",
             "compare a.exr",
+            "run e --shard 0/4",
+            "run e --shard 5/4",
+            "run e --shard 2",
             "frobnicate",
         ] {
             let words = std::iter::once("tyndall").chain(line.split(' '));

@@ -3,11 +3,13 @@
 pub mod args;
 pub mod compare;
 pub mod info;
+pub mod merge;
 pub mod parse;
 pub mod progress;
 pub mod render;
 pub mod run;
 pub mod session;
+pub mod status;
 pub mod techniques;
 
 use crate::error::{Error, Result};
@@ -35,6 +37,8 @@ pub fn main() -> ExitCode {
 fn run(command: &Command) -> Result<Ending> {
     match command {
         Command::Run(args) => run::run(args),
+        Command::Status(args) => status::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Render(args) => render::run(args),
         Command::Compare(args) => compare(args),
         Command::Info(args) => info::run(args),

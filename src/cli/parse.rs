@@ -44,6 +44,16 @@ pub fn duration(text: &str) -> Result<f64, String> {
     Err("expected a time above 0 with the unit ms, s, m or h, as in 30s".into())
 }
 
+/// `--shard`: `I/N` with I from 1 to N; the number of the shard from 0, and N.
+pub fn shard(text: &str) -> Result<(u64, u64), String> {
+    let parts =
+        text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    match parts {
+        Some((i, n)) if (1..=n).contains(&i) => Ok((i - 1, n)),
+        _ => Err("expected I/N with I from 1 to N, as in 2/8 for the second of eight".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +75,14 @@ mod tests {
         assert_eq!(size("640x480"), Ok([640, 480]));
         for text in ["640", "640x", "x3", "0x3", "-1x3", "3x3x3", "4.5x3"] {
             assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shards_count_from_one() {
+        assert_eq!((shard("1/4"), shard("4/4")), (Ok((0, 4)), Ok((3, 4))));
+        for text in ["0/4", "5/4", "4", "a/4", "-1/4", "1/0"] {
+            assert!(shard(text).is_err(), "{text}");
         }
     }
 

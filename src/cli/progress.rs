@@ -40,7 +40,7 @@ impl Progress {
         let share = self.budget.share(self.iterations, self.seconds);
         let samples = match self.budget {
             Budget::Spp(spp) => format!("{} of {spp} spp", self.iterations),
-            Budget::Seconds(_) => format!("{} spp", self.iterations),
+            Budget::Seconds(_) | Budget::RelMse { .. } => format!("{} spp", self.iterations),
         };
         let left = if share > 0.0 { self.seconds * (1.0 - share) / share } else { 0.0 };
         format!("{samples}, {}, {} left", clock(self.seconds), clock(left))

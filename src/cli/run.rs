@@ -1,12 +1,13 @@
-//! `tyndall run`.
+//! `tyndall run`, and what it has in common with `status` and `merge`.
 
 use super::args::RunArgs;
 use super::progress::Progress;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::Result;
 use crate::experiment::overrides::Override;
+use crate::experiment::plan::{self, Plan};
 use crate::experiment::results::{Estimate, Results};
-use crate::experiment::{plan, run};
+use crate::experiment::run::{self, Options, Part};
 use crate::report::report_of;
 use std::path::{Path, PathBuf};
 
@@ -15,28 +16,54 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Anything wrong with the experiment or its scenes, before anything is rendered; files that cannot be written.
 pub fn run(args: &RunArgs) -> Result<Ending> {
-    let overrides: Vec<Override> =
-        args.overrides.iter().map(|text| Override::parse(text)).collect::<Result<_>>()?;
-    let plan = plan::read(&args.experiment, &overrides)?;
-    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(&plan.name));
-    let cache = args.cache.clone().unwrap_or_else(|| default_cache(&out));
+    let plan = plan::read(&args.experiment, &overrides(&args.overrides)?)?;
+    let (out, cache) = folders(&plan, args.out.as_deref(), args.cache.as_deref());
     let stop = stop_on_interrupt()?;
-    let options = run::Options { out: &out, cache: &cache, stop: &stop };
+    let part = args.shard.map_or(Part::All, |(index, of)| Part::Shard { index, of });
+    let options = Options { out: &out, cache: &cache, stop: &stop, part };
     let results = with_threads(args.threads, || run::run(&plan, &options, &mut Progress::new()))?;
-    let report = report_of(&out, &results)?;
-    for problem in &report.problems {
-        eprintln!("warning: {problem}");
+    if let Some((index, of)) = args.shard {
+        let state = if stop.requested() { "stopped" } else { "done" };
+        print(format!("shard {} of {of}: {state}; the runs are in {}\n", index + 1, out.display()))?;
+        return Ok(Ending::from(&stop));
     }
-    print(summary(&results))?;
-    if results.partial {
-        print("These results are partial.\n")?;
-    }
-    print(format!("{}\n", report.page.display()))?;
+    show(&out, &results)?;
     Ok(Ending::from(&stop))
 }
 
+/// Writes the page, and prints what came out.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn show(out: &Path, results: &Results) -> Result<()> {
+    let report = report_of(out, results)?;
+    for problem in &report.problems {
+        eprintln!("warning: {problem}");
+    }
+    print(summary(results))?;
+    if results.partial {
+        print("These results are partial.\n")?;
+    }
+    print(format!("{}\n", report.page.display()))
+}
+
+/// The changes of `--set`.
+///
+/// # Errors
+/// What is none.
+pub fn overrides(texts: &[String]) -> Result<Vec<Override>> {
+    texts.iter().map(|text| Override::parse(text)).collect()
+}
+
+/// The folders of results and of references.
+pub fn folders(plan: &Plan, out: Option<&Path>, cache: Option<&Path>) -> (PathBuf, PathBuf) {
+    let out = out.map_or_else(|| Path::new("results").join(&plan.name), Path::to_owned);
+    let cache = cache.map_or_else(|| default_cache(&out), Path::to_owned);
+    (out, cache)
+}
+
 /// Beside the results, so that experiments share it.
-fn default_cache(out: &Path) -> PathBuf {
+pub fn default_cache(out: &Path) -> PathBuf {
     let parent = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     parent.join(".references")
 }

@@ -5,6 +5,8 @@ use super::metrics::Metric;
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
 use super::reference::Truth;
 use super::results::{Cell, Checkpoint, Estimate, Files, Run, Summary};
+use super::store::{SceneKey, State, Unit};
+use super::work::{Got, Work, relmse};
 use crate::error::{Error, Result};
 use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
@@ -12,7 +14,7 @@ use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Film, Image, ScalarImage};
 use crate::render::files::{Resolved, VARIANCE, dropped, layered, prepare_folder};
-use crate::render::{Budget, Job, Observer, Outcome, Stop};
+use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
 use serde::Serialize;
@@ -37,6 +39,12 @@ pub struct SceneContext<'a> {
     pub truth: Option<&'a Truth>,
     /// The folder of results.
     pub out: &'a Path,
+    /// Names the scene's contents.
+    pub key: &'a SceneKey,
+    /// What the clock depends on.
+    pub clock: &'a str,
+    /// Whether what is there has to do.
+    pub frozen: bool,
     /// To stop early.
     pub stop: &'a Stop,
 }
@@ -47,6 +55,13 @@ pub struct Measured {
     pub cell: Cell,
     /// The maps.
     pub maps: BTreeMap<String, ScalarImage>,
+}
+
+/// A run that was stopped before its end.
+pub struct Stopped {
+    estimator: String,
+    run: u32,
+    state: Box<State>,
 }
 
 /// What is gathered run by run.
@@ -67,18 +82,73 @@ struct CellSettings<'a> {
     run: &'a [Resolved],
 }
 
-impl SceneContext<'_> {
-    /// Does all runs of an estimator, and writes their images. None if a stop came before the first sample.
+impl<'a> SceneContext<'a> {
+    /// A run of an estimator: what names it, and what is to be rendered.
+    ///
+    /// # Errors
+    /// Settings that make no sense.
+    pub fn unit(&self, estimator: &EstimatorPlan, run: u32) -> Result<(Unit, Work<'a>)> {
+        let defaults = Lengths::from(self.scene.notes.defaults);
+        let settings = self.plan.settings(self.entry, defaults, estimator, run)?;
+        let budget = estimator.budget;
+        let mut ends = if budget.is_timed() { self.clock.to_owned() } else { String::new() };
+        if let (Budget::RelMse { target, .. }, Some(truth)) = (budget, self.truth) {
+            ends += &format!(" {target} {}", truth.fingerprint());
+        }
+        let scene = (self.entry.key.as_str(), self.key);
+        let unit = Unit::new(self.out, scene, &estimator.key, run, &settings, &ends);
+        let (truth, stop, file) = (self.truth, self.stop, self.entry.file.as_str());
+        Ok((unit, Work { scene: self.scene, file, settings, budget, truth, stop }))
+    }
+
+    /// What a run is called in messages.
+    pub fn name(&self, estimator: &EstimatorPlan, run: u32) -> String {
+        let several = self.plan.runs > 1;
+        let number = if several { format!(", run {} of {}", run + 1, self.plan.runs) } else { String::new() };
+        format!("{}: {}{number}", self.entry.key, estimator.key)
+    }
+
+    /// Renders the runs of an estimator as far as they are not there. False where another process is at one of them.
+    ///
+    /// # Errors
+    /// A state that cannot be written.
+    pub fn render(
+        &self,
+        estimator: &EstimatorPlan,
+        stopped: &mut Vec<Stopped>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        let mut all = true;
+        for run in 0..self.plan.runs {
+            if self.stop.requested() {
+                return Ok(false);
+            }
+            let (unit, work) = self.unit(estimator, run)?;
+            if unit.peek(work.budget).is_some_and(|h| h.is_done(work.budget)) {
+                continue;
+            }
+            match work.complete(&unit, &self.name(estimator, run), observer)? {
+                Got::Busy => all = false,
+                Got::There(state) if state.outcome.partial => {
+                    stopped.push(Stopped { estimator: estimator.key.clone(), run, state });
+                }
+                Got::There(_) => {}
+            }
+        }
+        Ok(all)
+    }
+
+    /// Measures the runs of an estimator that are there, and writes their images. None where there is none.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn measure(
         &self,
         estimator: &EstimatorPlan,
+        stopped: &[Stopped],
         observer: &mut dyn Observer,
     ) -> Result<Option<Measured>> {
         let folder = format!("{}/{}", self.entry.key, estimator.key);
-        prepare_folder(&self.out.join(&folder))?;
         let mut gathered = Gathered {
             runs: Vec::new(),
             images: Vec::new(),
@@ -87,13 +157,26 @@ impl SceneContext<'_> {
             mean: MeanLayers::default(),
             settings: Vec::new(),
         };
-        for index in 0..self.plan.runs {
-            if self.stop.requested() {
-                break;
+        for run in 0..self.plan.runs {
+            let (unit, work) = self.unit(estimator, run)?;
+            let of_run = |s: &&Stopped| s.estimator == estimator.key && s.run == run;
+            let state = match stopped.iter().find(of_run) {
+                Some(stopped) => Some((*stopped.state).clone()),
+                None => match work.find(&unit) {
+                    // Its header was whole, but not the rest.
+                    None if !self.frozen && !self.stop.requested() => {
+                        match work.complete(&unit, &self.name(estimator, run), observer)? {
+                            Got::There(state) => Some(*state),
+                            Got::Busy => None,
+                        }
+                    }
+                    found => found,
+                },
+            };
+            if let Some(state) = state.filter(|s| s.outcome.film.iterations() > 0) {
+                prepare_folder(&self.out.join(&folder))?;
+                self.run(&folder, run, &work.settings, state, &mut gathered)?;
             }
-            let defaults = Lengths::from(self.scene.notes.defaults);
-            let settings = self.plan.settings(self.entry, defaults, estimator, index)?.pinned(self.scene);
-            self.run(estimator, &folder, index, &settings, observer, &mut gathered)?;
         }
         if gathered.runs.is_empty() {
             return Ok(None);
@@ -113,57 +196,43 @@ impl SceneContext<'_> {
     /// One run: one seed.
     fn run(
         &self,
-        estimator: &EstimatorPlan,
         folder: &str,
         index: u32,
         settings: &Settings,
-        observer: &mut dyn Observer,
+        state: State,
         gathered: &mut Gathered,
     ) -> Result<()> {
-        let number = if self.plan.runs > 1 {
-            format!(", run {} of {}", index + 1, self.plan.runs)
-        } else {
-            String::new()
-        };
-        observer.begin(&format!("{}: {}{number}", self.entry.key, estimator.key), estimator.budget);
+        let State { outcome, resolved, snapshots, .. } = state;
         let mut checkpoints = Vec::new();
-        let job = Job { scene: self.scene, settings: *settings, budget: estimator.budget, first: 0 };
-        let outcome = job.run(self.stop, observer, |outcome| {
-            if outcome.film.iterations().is_power_of_two() {
-                checkpoints.extend(self.checkpoint(outcome)?);
-            }
-            Ok(())
-        });
-        observer.end();
-        let outcome = outcome?;
-        if outcome.film.iterations() == 0 {
-            return Ok(());
+        for snapshot in &snapshots {
+            checkpoints.extend(self.checkpoint(snapshot.iterations, snapshot.seconds, &snapshot.image)?);
         }
-        if !outcome.film.iterations().is_power_of_two() {
-            checkpoints.extend(self.checkpoint(&outcome)?);
-        }
+        let image = outcome.film.image();
+        checkpoints.extend(self.checkpoint(outcome.film.iterations(), outcome.seconds, &image)?);
         let exr = format!("{folder}/run-{index:02}.exr");
-        let resolved = Resolved::new(&self.entry.file, self.scene, settings);
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
         exr::write(self.out.join(&exr), &layered(self.scene, &bare, &resolved, &outcome))?;
         gathered.mean.add(layered(self.scene, settings, &resolved, &outcome), &outcome.film);
-        let image = outcome.film.image();
         let metrics = self.metrics(&image, &mut gathered.maps)?;
         if let Some(truth) = self.truth {
             gathered.mse.push(Metric::Mse.measure(&image, &truth.image)?.value);
         }
+        let relmse = self.truth.map(|truth| relmse(&image, truth)).transpose()?;
         gathered.runs.push(Run {
             index,
             seed: settings.seed,
             spp: outcome.film.iterations(),
             seconds: outcome.seconds,
+            setup: outcome.setup,
             camera_paths: outcome.camera_paths,
             light_paths: outcome.light_paths,
+            merges: outcome.merges.iter().cloned().collect(),
             dropped: dropped(&outcome.film),
             partial: outcome.partial,
             mean: image.mean(),
             metrics,
+            relmse,
             checkpoints,
             exr,
         });
@@ -173,15 +242,14 @@ impl SceneContext<'_> {
     }
 
     /// The metrics that are quick to compute, on the way.
-    fn checkpoint(&self, outcome: &Outcome) -> Result<Option<Checkpoint>> {
+    fn checkpoint(&self, spp: u64, seconds: f64, image: &Image) -> Result<Option<Checkpoint>> {
         let Some(truth) = self.truth else { return Ok(None) };
-        let image = outcome.film.image();
         let mut metrics = BTreeMap::new();
         for metric in self.plan.metrics.iter().filter(|m| is_quick(**m)) {
-            let value = metric.measure(&image, &truth.image)?.value;
+            let value = metric.measure(image, &truth.image)?.value;
             metrics.insert(metric.description().key.to_owned(), value);
         }
-        Ok(Some(Checkpoint { spp: outcome.film.iterations(), seconds: outcome.seconds, metrics }))
+        Ok(Some(Checkpoint { spp, seconds, metrics }))
     }
 
     /// All metrics at the end of a run; its maps are added up.
@@ -282,6 +350,16 @@ impl SceneContext<'_> {
         let dropped: u64 = cell.runs.iter().flat_map(|r| r.dropped.values()).sum();
         if dropped > 0 {
             warnings.push(format!("{dropped} contributions were not finite and were dropped"));
+        }
+        if let Budget::RelMse { target, .. } = estimator.budget {
+            let short =
+                cell.runs.iter().filter(|r| !r.partial && r.relmse.is_some_and(|e| e > target)).count();
+            if short > 0 {
+                warnings.push(format!(
+                    "{short} of {} runs did not come to a relMSE of {target} within the bounds",
+                    cell.runs.len()
+                ));
+            }
         }
         if let Budget::Seconds(limit) = estimator.budget
             && (cell.seconds.mean / limit - 1.0).abs() > TIME_TOLERANCE

@@ -4,7 +4,7 @@
 //!
 //! ```toml
 //! title = "Path tracing and bidirectional path tracing at equal time"
-//! budget = { seconds = 10 }      # or { spp = 64 }: what each run may use
+//! budget = { seconds = 10 }      # or { spp = 64 }, or { relmse = 0.01, spp = 9999 }: what each run may use
 //! runs = 4                       # independent runs, each with a seed of its own
 //! metrics = ["relmse", "mse"]
 //!
@@ -74,14 +74,17 @@ pub struct ExperimentFile {
     pub estimator: Vec<Spanned<EstimatorDef>>,
 }
 
-/// `budget = { spp = N }` or `budget = { seconds = T }`: exactly one.
+/// `budget = { spp = N }` or `budget = { seconds = T }`, exactly one; or `budget = { relmse = X, spp = N, seconds = T }`, where
+/// at least one of `spp` and `seconds` is the bound that an estimator stops at which does not come to that relMSE.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct BudgetDef {
     /// Samples per pixel.
     pub spp: Option<Count<1>>,
-    /// Seconds of rendering.
+    /// Seconds of rendering, pilots included.
     pub seconds: Option<Positive>,
+    /// Until the relMSE against the reference, less the reference's own noise, is no more than this.
+    pub relmse: Option<Positive>,
 }
 
 /// Names of heuristics.

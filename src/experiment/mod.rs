@@ -5,6 +5,8 @@
 //! | [`file`], [`overrides`] | the experiment file, and `--set` |
 //! | [`plan`], [`resolve`] | the file, checked and resolved |
 //! | [`run`], [`cell`] | from the plan to the results on disk |
+//! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
+//! | [`status`] | what is done and what is left |
 //! | [`reference`] | what is measured against: rendered, kept, extended |
 //! | [`metrics`], [`statistics`], [`measure`] | errors of images, and numbers over runs |
 //! | [`results`], [`numbers`], [`csv`] | what is left behind |
@@ -24,3 +26,6 @@ pub mod resolve;
 pub mod results;
 pub mod run;
 pub mod statistics;
+pub mod status;
+pub mod store;
+pub mod work;

@@ -99,7 +99,7 @@ pub enum ReferencePlan {
         /// With these techniques.
         techniques: TechniqueSet,
         /// Merged like this.
-        merging: MergeSettings,
+        merging: Box<MergeSettings>,
         /// Of these paths.
         paths: Box<Expression>,
         /// At least this much.

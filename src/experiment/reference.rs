@@ -10,6 +10,7 @@
 use super::hash::{Hasher, REFERENCE_SEED};
 use super::plan::{Lengths, ReferencePlan, ScenePlan};
 use super::results::ReferenceKind;
+use super::store;
 use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr::{self, LayeredImage};
@@ -18,7 +19,14 @@ use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Samples of the longest block: iterations times pixels.
+const LONGEST_BLOCK: u64 = 1 << 25;
+/// How often it is looked whether another process is done.
+pub(super) const WAIT: Duration = Duration::from_millis(200);
 
 /// A reference that is there.
 #[derive(Clone, Debug)]
@@ -43,6 +51,18 @@ pub struct Truth {
     pub partial: bool,
 }
 
+impl Truth {
+    /// Names the image and what is known of its variance.
+    pub fn fingerprint(&self) -> String {
+        let mut hasher = Hasher::default();
+        let bytes = |image: &Image| -> Vec<u8> {
+            image.pixels.iter().flatten().flat_map(|v| v.to_le_bytes()).collect()
+        };
+        hasher.field(&bytes(&self.image)).field(&self.variance.as_ref().map(bytes).unwrap_or_default());
+        hasher.hex()
+    }
+}
+
 /// Where references are kept, and who follows their making.
 pub struct Maker<'a> {
     /// The folder of all references.
@@ -51,6 +71,8 @@ pub struct Maker<'a> {
     pub stop: &'a Stop,
     /// Told what goes on.
     pub observer: &'a mut dyn Observer,
+    /// Whether what is there has to do.
+    pub frozen: bool,
 }
 
 impl Maker<'_> {
@@ -67,7 +89,7 @@ impl Maker<'_> {
                 let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
                 settings.paths = **paths;
                 settings.seed = REFERENCE_SEED;
-                settings.merging = *merging;
+                settings.merging = **merging;
                 settings.check_scene(scene)?;
                 self.render(plan, scene, settings.pinned(scene), *budget).map(Some)
             }
@@ -85,6 +107,7 @@ impl Maker<'_> {
         let dir =
             self.cache.join(format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]));
         prepare_folder(&dir)?;
+        let _lock = if self.frozen { None } else { self.wait_for(&dir, &plan.key)? };
         let mut sum = Sum::new(film_size(scene));
         for path in blocks(&dir)? {
             match read_block(&path, sum.iterations) {
@@ -94,7 +117,7 @@ impl Maker<'_> {
             }
         }
         let there = sum.iterations;
-        let needed = budget.goes_on(sum.iterations, sum.seconds);
+        let needed = budget.goes_on(sum.iterations, sum.seconds) && !self.frozen;
         if needed {
             let added = if there > 0 { format!(", {there} spp are there") } else { String::new() };
             self.observer.begin(&format!("{}: reference ({}{added})", plan.key, settings.techniques), budget);
@@ -103,6 +126,9 @@ impl Maker<'_> {
             extended?;
         } else {
             self.observer.note(&format!("{}: reference of {there} spp found in {}", plan.key, dir.display()));
+        }
+        if sum.iterations == 0 && self.frozen {
+            return Err(Error::file(&dir, "there is no reference here yet: 'tyndall run' renders it"));
         }
         if sum.iterations == 0 {
             return Err(Error::usage("stopped before the reference had a single sample"));
@@ -119,6 +145,24 @@ impl Maker<'_> {
             seed: Some(settings.seed),
             partial: budget.goes_on(sum.iterations, sum.seconds),
         })
+    }
+
+    /// The lock on a reference's folder, once no other process has it.
+    fn wait_for(&mut self, dir: &Path, scene: &str) -> Result<Option<File>> {
+        let mut said = false;
+        loop {
+            if let Some(lock) = store::lock(dir)? {
+                return Ok(lock);
+            }
+            if self.stop.requested() {
+                return Err(Error::usage("stopped while another process renders the reference"));
+            }
+            if !std::mem::replace(&mut said, true) {
+                self.observer
+                    .note(&format!("{scene}: another process renders the reference: waiting for it"));
+            }
+            std::thread::sleep(WAIT);
+        }
     }
 
     fn extend(
@@ -145,7 +189,10 @@ impl Maker<'_> {
                     .note(&format!("the reference dropped {dropped} contributions that were not finite"));
             }
             let file = layered(scene, settings, resolved, &outcome);
-            exr::write(block_path(dir, sum.iterations, outcome.film.iterations()), &file)?;
+            // A block that was stopped is not kept: where blocks end must not depend on that.
+            if !outcome.partial {
+                exr::write(block_path(dir, sum.iterations, outcome.film.iterations()), &file)?;
+            }
             sum.add(&Block::of(&file, outcome.film.iterations(), outcome.seconds));
         }
         Ok(())
@@ -173,13 +220,15 @@ impl Observer for Offset<'_> {
 /// Iterations of the next block: up to the next power of two, in steps that bound what an interruption loses.
 fn next_block(sum: &Sum, budget: Budget) -> u64 {
     let done = sum.iterations;
-    let longest = ((1u64 << 27) / sum.mean.len().max(1) as u64).max(16);
+    let longest = (LONGEST_BLOCK / sum.mean.len().max(1) as u64).max(16);
     let boundary = (done + 1).next_power_of_two().max(16).min((done / longest + 1) * longest);
     let count = boundary - done;
     match budget {
         Budget::Spp(spp) => count.min(spp - done),
         // The rate is known from the second block on; the first one finds it out.
-        Budget::Seconds(_) if done == 0 => 1,
+        Budget::Seconds(_) | Budget::RelMse { .. } if done == 0 => 1,
+        // The plan lets no reference have a relMSE to be reached.
+        Budget::RelMse { .. } => count,
         Budget::Seconds(limit) => {
             let left = ((limit - sum.seconds) / (sum.seconds / done as f64)).round();
             count.min((left as u64).max(1))
@@ -389,7 +438,7 @@ mod tests {
             let mut lengths = Vec::new();
             while Budget::Spp(spp).goes_on(sum.iterations, 0.0) {
                 let count = next_block(&sum, Budget::Spp(spp));
-                assert!(count >= 1 && count as usize * pixels <= 1 << 27);
+                assert!(count >= 1 && (count <= 16 || count * pixels as u64 <= LONGEST_BLOCK));
                 lengths.push(count);
                 sum.iterations += count;
             }

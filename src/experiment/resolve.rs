@@ -22,7 +22,7 @@ const DEFAULT_METRICS: [Metric; 5] = [Metric::RelMse, Metric::Mse, Metric::Mae, 
 const PALETTE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
 
 /// Names that the results folder needs for itself.
-const RESERVED: [&str; 1] = ["figures"];
+const RESERVED: [&str; 2] = ["figures", "cells"];
 
 /// The plan in an experiment file.
 ///
@@ -60,6 +60,11 @@ fn count<const MIN: u32>(n: &Option<Spanned<Count<MIN>>>) -> Option<u32> {
     n.as_ref().map(|n| n.get_ref().0)
 }
 
+/// A number as the file has it: the shortest decimal that makes this one.
+fn as_written(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(value.into())
+}
+
 fn size(size: &Option<[Count<1>; 2]>) -> Option<[u32; 2]> {
     size.map(|s| s.map(|n| n.0))
 }
@@ -80,10 +85,20 @@ impl Resolver<'_> {
     }
 
     fn budget(&self, def: &Spanned<BudgetDef>) -> Result<Budget> {
-        match (def.get_ref().spp, def.get_ref().seconds) {
-            (Some(spp), None) => Ok(Budget::Spp(spp.0.into())),
-            (None, Some(seconds)) => Ok(Budget::Seconds(seconds.get().into())),
-            _ => Err(self.source.error(def.span(), "a budget has exactly one of `spp` and `seconds`")),
+        let BudgetDef { spp, seconds, relmse } = def.get_ref();
+        let (spp, seconds) = (spp.map(|n| n.0.into()), seconds.map(|s| as_written(s.get())));
+        match (spp, seconds, relmse) {
+            (Some(spp), None, None) => Ok(Budget::Spp(spp)),
+            (None, Some(seconds), None) => Ok(Budget::Seconds(seconds)),
+            (None, None, Some(_)) => {
+                let message = "not every estimator comes to a relMSE: `relmse` needs a bound, `spp` or `seconds`, beside it";
+                Err(self.source.error(def.span(), message))
+            }
+            (_, _, Some(target)) => Ok(Budget::RelMse { target: as_written(target.get()), spp, seconds }),
+            _ => Err(self.source.error(
+                def.span(),
+                "a budget has exactly one of `spp` and `seconds`, or `relmse` with at least one of them",
+            )),
         }
     }
 
@@ -319,7 +334,7 @@ impl Resolver<'_> {
                 return Err(self.source.error(spanned.span(), message));
             }
         };
-        let merging = self.merging(&def.merge, &def.preset, techniques)?;
+        let merging = Box::new(self.merging(&def.merge, &def.preset, techniques)?);
         let paths = Box::new(self.paths(&def.paths)?.unwrap_or(paths));
         Ok(ReferencePlan::Render { techniques, merging, paths, budget })
     }
@@ -354,7 +369,7 @@ impl Resolver<'_> {
         if name.is_empty() || !name.chars().all(fine) || name.starts_with('.') || RESERVED.contains(&name) {
             let message = format!(
                 "`{name}` cannot name results: expected letters, digits, `-`, `_`, `+` and `.`, not a dot first, \
-                 and not `figures`"
+                 and neither `figures` nor `cells`"
             );
             return Err(self.source.error(span, message));
         }

@@ -263,12 +263,18 @@ pub struct Run {
     pub seed: u64,
     /// Samples per pixel that were made.
     pub spp: u64,
-    /// Rendering, by the wall clock.
+    /// Rendering, by the wall clock, with the pilots before it.
     pub seconds: f64,
+    /// Of these, the pilots that choose radii, counts of light paths and shares of connections.
+    #[serde(default)]
+    pub setup: f64,
     /// Camera subpaths that were walked.
     pub camera_paths: u64,
     /// Light subpaths that were walked.
     pub light_paths: u64,
+    /// How merges gathered in the first iteration and connections were thinned out, in words, by the technique's key.
+    #[serde(default)]
+    pub merges: BTreeMap<String, String>,
     /// Contributions that were not finite and were dropped, by the technique's key; those without any are missing.
     pub dropped: BTreeMap<String, u64>,
     /// Whether it was stopped before its budget.
@@ -279,6 +285,10 @@ pub struct Run {
     /// Value of each metric, by its key.
     #[serde(deserialize_with = "named")]
     pub metrics: BTreeMap<String, f64>,
+    /// relMSE against the reference, less what the reference's own noise adds to it; none without a reference. It may come out
+    /// negative where that dominates.
+    #[serde(default)]
+    pub relmse: Option<f64>,
     /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end. Only metrics that are quick to compute:
     /// not FLIP.
     pub checkpoints: Vec<Checkpoint>,
@@ -455,6 +465,9 @@ mod tests {
             seed: u64::MAX,
             spp: 4,
             seconds: 0.1,
+            setup: 0.01,
+            merges: BTreeMap::new(),
+            relmse: Some(0.25),
             camera_paths: 64,
             light_paths: 0,
             dropped: BTreeMap::from([("nee".into(), 2)]),

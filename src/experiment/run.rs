@@ -2,10 +2,11 @@
 
 use super::cell::{Measured, SceneContext};
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
-use super::reference::{Maker, Truth, check_reference};
+use super::reference::{Maker, Truth, WAIT, check_reference};
 use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
+use super::store::{self, SceneKey};
 use super::{csv, machine};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
@@ -14,15 +15,19 @@ use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Image, ScalarImage};
 use crate::render::files::{PROGRAM, RENDERING, VARIANCE, heuristic_text, prepare_folder};
-use crate::render::{Observer, Stop};
+use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load};
 use glam::UVec2;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 /// The share of an error map's values that lies within its scale, over all estimators of a scene.
 const MAP_QUANTILE: f64 = 0.99;
+
+/// Holds, beside timed runs, what their times depend on.
+pub const CLOCK: &str = "clock";
 
 /// Where an experiment runs.
 pub struct Options<'a> {
@@ -32,16 +37,42 @@ pub struct Options<'a> {
     pub cache: &'a Path,
     /// To stop early: what is done is written, marked as partial.
     pub stop: &'a Stop,
+    /// What is done of it.
+    pub part: Part,
 }
 
-/// Runs all of it, with as many threads as the current pool has. Results are written after each cell.
+/// What is done of an experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    All,
+    /// Nothing more is rendered: what is there is measured.
+    Measure,
+    /// Every `of`-th run and reference, from number `index` on, is rendered, and nothing measured.
+    Shard {
+        /// From 0.
+        index: u64,
+        /// How many there are.
+        of: u64,
+    },
+}
+
+/// Runs all of it, with as many threads as the current pool has. What is there is not rendered again; other processes
+/// may work at the same results. Results are written after each cell.
 ///
 /// # Errors
 /// Anything wrong with scenes, references or the folders, most of it before the first iteration.
 pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Result<Results> {
     let scenes = load_scenes(plan)?;
     prepare_folder(options.out)?;
-    let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes) };
+    remove_leftovers(options.out);
+    let clock = clock_of(plan, options)?;
+    let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes), clock: &clock };
+    if let Part::Shard { index, of } = options.part {
+        runner.shard(&scenes, index, of)?;
+        runner.results.partial = options.stop.requested();
+        return Ok(runner.results);
+    }
     write_bytes(&options.out.join("experiment.toml"), plan.text.as_bytes())?;
     runner.save()?;
     for (index, scene) in scenes.iter().enumerate() {
@@ -54,9 +85,48 @@ pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Resul
     let unfinished = |r: &results::Run| r.partial;
     results.partial = options.stop.requested()
         || results.cells.len() < plan.scenes.len() * plan.estimators.len()
-        || results.cells.iter().any(|c| c.runs.iter().any(unfinished));
+        || results.cells.iter().any(|c| c.runs.len() < plan.runs as usize || c.runs.iter().any(unfinished));
     save(&mut results, options.out)?;
     Ok(results)
+}
+
+/// What times depend on, beside the program.
+pub(super) fn clock() -> String {
+    let machine = machine::machine();
+    format!("{} {} {}", machine.cpu, machine.cores, machine.threads)
+}
+
+/// Names what times depend on where runs are timed: this machine; or, where shards are put together, the one that they
+/// ran on, which they left beside the runs.
+fn clock_of(plan: &Plan, options: &Options) -> Result<String> {
+    let own = clock();
+    if !plan.estimators.iter().any(|e| e.budget.is_timed()) {
+        return Ok(own);
+    }
+    let folder = options.out.join(store::FOLDER);
+    let path = folder.join(CLOCK);
+    if options.part == Part::Measure {
+        return Ok(std::fs::read_to_string(path).unwrap_or(own));
+    }
+    prepare_folder(&folder)?;
+    write_bytes(&path, own.as_bytes())?;
+    Ok(own)
+}
+
+/// Deletes files that a process left half written an hour ago or more.
+fn remove_leftovers(dir: &Path) {
+    let old = |path: &Path| {
+        let modified = path.metadata().and_then(|m| m.modified()).ok()?;
+        Some(modified.elapsed().ok()? > Duration::from_secs(3600))
+    };
+    let Ok(entries) = std::fs::read_dir(dir) else { return };
+    for path in entries.flatten().map(|e| e.path()) {
+        if path.is_dir() && !path.is_symlink() && path.file_name().is_none_or(|n| n != store::FOLDER) {
+            remove_leftovers(&path);
+        } else if store::is_partial(&path) && old(&path) == Some(true) {
+            let _ = std::fs::remove_file(path);
+        }
+    }
 }
 
 struct Runner<'a> {
@@ -64,6 +134,7 @@ struct Runner<'a> {
     options: &'a Options<'a>,
     observer: &'a mut dyn Observer,
     results: Results,
+    clock: &'a str,
 }
 
 impl Runner<'_> {
@@ -71,35 +142,126 @@ impl Runner<'_> {
         save(&mut self.results, self.options.out)
     }
 
+    /// Renders a part of the runs, and of the references.
+    fn shard(&mut self, scenes: &[Scene], shard: u64, of: u64) -> Result<()> {
+        let mut number = 0;
+        let mut mine = || {
+            number += 1;
+            (number - 1) % of == shard
+        };
+        for (entry, scene) in self.plan.scenes.iter().zip(scenes) {
+            let key = SceneKey::new(scene)?;
+            // Who stops at an error needs the reference at once; else it is one piece of work among the others.
+            let needed = self.plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
+            let own = mine();
+            let truth = if needed || own { self.maker().obtain(entry, scene)? } else { None };
+            let context = SceneContext {
+                plan: self.plan,
+                entry,
+                scene,
+                truth: truth.as_ref(),
+                out: self.options.out,
+                key: &key,
+                clock: self.clock,
+                frozen: false,
+                stop: self.options.stop,
+            };
+            for estimator in &self.plan.estimators {
+                for run in 0..self.plan.runs {
+                    if mine() && !self.options.stop.requested() {
+                        let (unit, work) = context.unit(estimator, run)?;
+                        work.complete(&unit, &context.name(estimator, run), self.observer)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn maker(&mut self) -> Maker<'_> {
+        let frozen = self.options.part == Part::Measure;
+        Maker { cache: self.options.cache, stop: self.options.stop, observer: self.observer, frozen }
+    }
+
     fn scene(&mut self, index: usize, scene: &Scene) -> Result<()> {
         let (plan, options) = (self.plan, self.options);
         let entry = &plan.scenes[index];
         prepare_folder(&options.out.join(&entry.key))?;
-        let mut maker = Maker { cache: options.cache, stop: options.stop, observer: self.observer };
-        let truth = maker.obtain(entry, scene)?;
+        let truth = self.maker().obtain(entry, scene)?;
         if let Some(truth) = &truth {
             self.results.scenes[index].reference = Some(write_reference(options.out, entry, scene, truth)?);
             if truth.partial {
                 self.results.warnings.push(format!("{}: the reference is incomplete", entry.key));
             }
         }
-        let context =
-            SceneContext { plan, entry, scene, truth: truth.as_ref(), out: options.out, stop: options.stop };
-        let mut measured = Vec::new();
-        for estimator in &plan.estimators {
-            if options.stop.requested() {
-                break;
-            }
-            let Some(Measured { cell, maps }) = context.measure(estimator, self.observer)? else { break };
-            for warning in &cell.warnings {
-                self.observer.note(&format!("{}: {}: {warning}", entry.key, estimator.key));
-            }
-            measured.push((self.results.cells.len(), maps));
-            self.results.cells.push(cell);
-            self.save()?;
-        }
+        let key = SceneKey::new(scene)?;
+        let context = SceneContext {
+            plan,
+            entry,
+            scene,
+            truth: truth.as_ref(),
+            out: options.out,
+            key: &key,
+            clock: self.clock,
+            frozen: options.part == Part::Measure,
+            stop: options.stop,
+        };
+        let measured = self.cells(&context)?;
         self.paint(&entry.key, &measured)?;
         self.save()
+    }
+
+    /// Renders and measures every estimator of a scene, those first at which no other process is.
+    fn cells(&mut self, context: &SceneContext) -> Result<Vec<(usize, BTreeMap<String, ScalarImage>)>> {
+        let (plan, stop) = (self.plan, self.options.stop);
+        let mut measured = Vec::new();
+        let mut stopped = Vec::new();
+        let mut left: Vec<&EstimatorPlan> = plan.estimators.iter().collect();
+        let mut said = false;
+        while !left.is_empty() {
+            let mut busy = Vec::new();
+            for estimator in left {
+                let there = self.options.part == Part::Measure
+                    || context.render(estimator, &mut stopped, self.observer)?;
+                if !there && !stop.requested() {
+                    busy.push(estimator);
+                    continue;
+                }
+                let Some(Measured { cell, maps }) = context.measure(estimator, &stopped, self.observer)?
+                else {
+                    continue;
+                };
+                for warning in &cell.warnings {
+                    self.observer.note(&format!("{}: {}: {warning}", context.entry.key, estimator.key));
+                }
+                measured.push((cell.estimator.clone(), maps));
+                self.results.cells.push(cell);
+                self.in_order();
+                self.save()?;
+            }
+            left = busy;
+            if !left.is_empty() {
+                if !std::mem::replace(&mut said, true) {
+                    let key = &context.entry.key;
+                    self.observer.note(&format!("{key}: another process is at the rest: waiting for it"));
+                }
+                std::thread::sleep(WAIT);
+            }
+        }
+        let place = |estimator: &str| {
+            let of = |c: &results::Cell| c.scene == context.entry.key && c.estimator == estimator;
+            self.results.cells.iter().position(of).expect("what was measured is among the results")
+        };
+        Ok(measured.into_iter().map(|(estimator, maps)| (place(&estimator), maps)).collect())
+    }
+
+    /// Cells in the order of the plan, in whatever order they were done.
+    fn in_order(&mut self) {
+        let plan = self.plan;
+        self.results.cells.sort_by_key(|cell| {
+            let scene = plan.scenes.iter().position(|s| s.key == cell.scene);
+            (scene, plan.estimators.iter().position(|e| e.key == cell.estimator))
+        });
     }
 
     /// Error maps of a scene in false colour, all estimators' on one scale.
@@ -131,7 +293,7 @@ fn save(results: &mut Results, out: &Path) -> Result<()> {
 }
 
 /// Loads every scene and checks all that can be checked before anything is rendered.
-fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
+pub(super) fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
     let mut scenes = Vec::new();
     for entry in &plan.scenes {
         let overrides = Overrides { size: entry.size.map(UVec2::from_array) };
@@ -150,6 +312,12 @@ fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
         for estimator in &plan.estimators {
             let settings = plan.settings(entry, Lengths::from(scene.notes.defaults), estimator, 0)?;
             settings.check_scene(&scene)?;
+            if matches!(estimator.budget, Budget::RelMse { .. }) && entry.reference.is_none() {
+                return Err(Error::usage(format!(
+                    "estimator {} is to come to a relMSE, and scene {} has no reference to measure it against",
+                    estimator.key, entry.key
+                )));
+            }
         }
         scenes.push(scene);
     }

@@ -80,13 +80,13 @@ pub struct Film {
     height: usize,
     /// `[pixel][image]`: sums of contributions; of an [`ImageKind::Weight`], the sum of the weights, the number of samples
     /// and nothing.
-    sums: Vec<[f64; 3]>,
+    pub(super) sums: Vec<[f64; 3]>,
     /// The combined image of the iteration that is under way.
     frame: Vec<[f64; 3]>,
     /// Sum over iterations of the square of the combined image.
-    squares: Vec<[f64; 3]>,
-    iterations: u64,
-    dropped: Dropped,
+    pub(super) squares: Vec<[f64; 3]>,
+    pub(super) iterations: u64,
+    pub(super) dropped: Dropped,
 }
 
 impl Film {

@@ -7,7 +7,9 @@ pub mod image;
 pub mod layout;
 pub mod output;
 pub mod png;
+mod state;
 
 pub use accumulator::{BAND_ROWS, Band, Dropped, Film, Sample, Splat};
 pub use image::{Image, ScalarImage};
 pub use layout::{ImageKind, Layout};
+pub use state::Planes;

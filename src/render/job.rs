@@ -28,8 +28,10 @@ pub struct Job<'a> {
 pub struct Outcome {
     /// The sums; the number of iterations is there.
     pub film: Film,
-    /// Rendering, by the wall clock.
+    /// Rendering, by the wall clock: what goes before the first iteration, and the iterations.
     pub seconds: f64,
+    /// Of these, what went before the first iteration: pilots that choose radii, counts and shares.
+    pub setup: f64,
     /// Camera subpaths that were walked.
     pub camera_paths: u64,
     /// Light subpaths that were walked.
@@ -39,7 +41,7 @@ pub struct Outcome {
     /// Photon beams that were stored.
     pub beams: u64,
     /// How merges gathered in the first iteration and connections were thinned out, in words, by the technique's key.
-    pub merges: Vec<(&'static str, String)>,
+    pub merges: Vec<(String, String)>,
     /// Whether it was stopped before its budget was used up.
     pub partial: bool,
 }
@@ -56,33 +58,76 @@ impl Job<'_> {
         observer: &mut dyn Observer,
         mut each: impl FnMut(&Outcome) -> Result<()>,
     ) -> Result<Outcome> {
-        let mut renderer = Renderer::new(self.scene, self.settings)?;
-        let mut outcome = Outcome {
-            film: Film::new(&self.scene.camera, &self.settings),
-            seconds: 0.0,
-            camera_paths: 0,
-            light_paths: 0,
-            light_vertices: 0,
-            beams: 0,
-            merges: thinned(self.scene, &renderer).into_iter().chain(gathered(&renderer)).collect(),
-            partial: false,
-        };
+        let mut engine = Engine::new(self.scene, self.settings)?;
+        let mut outcome = engine.nothing_yet();
         while self.budget.goes_on(outcome.film.iterations(), outcome.seconds) {
             if stop.requested() {
                 outcome.partial = true;
                 break;
             }
-            let start = Instant::now();
-            let stats = renderer.iteration(self.first + outcome.film.iterations(), &mut outcome.film);
-            outcome.seconds += start.elapsed().as_secs_f64();
-            outcome.camera_paths += stats.camera_paths;
-            outcome.light_paths += stats.light_paths;
-            outcome.light_vertices += stats.light_vertices;
-            outcome.beams += stats.beams;
+            engine.iteration(self.first + outcome.film.iterations(), &mut outcome);
             observer.advance(outcome.film.iterations(), outcome.seconds);
             each(&outcome)?;
         }
         Ok(outcome)
+    }
+}
+
+/// Renders one iteration after the other, with a clock.
+pub struct Engine<'a> {
+    scene: &'a Scene,
+    renderer: Renderer<'a>,
+    /// Seconds that it took to set up: pilots that choose radii, counts and shares.
+    pub setup: f64,
+}
+
+impl<'a> Engine<'a> {
+    /// # Errors
+    /// Settings that make no sense for the scene.
+    pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
+        let start = Instant::now();
+        let renderer = Renderer::new(scene, settings)?;
+        Ok(Self { scene, renderer, setup: start.elapsed().as_secs_f64() })
+    }
+
+    /// No iteration, but the time for setting up.
+    pub fn nothing_yet(&self) -> Outcome {
+        let words = thinned(self.scene, &self.renderer).into_iter().chain(gathered(&self.renderer));
+        Outcome {
+            film: Film::new(&self.scene.camera, self.renderer.settings()),
+            seconds: self.setup,
+            setup: self.setup,
+            camera_paths: 0,
+            light_paths: 0,
+            light_vertices: 0,
+            beams: 0,
+            merges: words.map(|(key, words)| (key.to_owned(), words)).collect(),
+            partial: false,
+        }
+    }
+
+    /// Renders iteration `index` into the outcome; the clock runs.
+    pub fn iteration(&mut self, index: u64, outcome: &mut Outcome) {
+        let start = Instant::now();
+        let stats = self.renderer.iteration(index, &mut outcome.film);
+        outcome.seconds += start.elapsed().as_secs_f64();
+        outcome.camera_paths += stats.camera_paths;
+        outcome.light_paths += stats.light_paths;
+        outcome.light_vertices += stats.light_vertices;
+        outcome.beams += stats.beams;
+    }
+}
+
+impl Outcome {
+    /// Adds the iterations of `later`, which come after those of this one; `later` is left with none and with no time.
+    pub fn append(&mut self, later: &mut Self) {
+        self.film.append(&later.film);
+        later.film.clear();
+        self.seconds += std::mem::take(&mut later.seconds);
+        self.camera_paths += std::mem::take(&mut later.camera_paths);
+        self.light_paths += std::mem::take(&mut later.light_paths);
+        self.light_vertices += std::mem::take(&mut later.light_vertices);
+        self.beams += std::mem::take(&mut later.beams);
     }
 }
 

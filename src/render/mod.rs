@@ -1,6 +1,6 @@
 //! A render with a budget: the loop around the iterations, its clock, and what is kept of it.
 //!
-//! The clock runs during iterations only. What watchers do between them (metrics, progress, files) is not counted.
+//! The clock runs during iterations, and the pilots before them. What watchers do between them (metrics, progress, files) is not counted.
 
 mod budget;
 pub mod files;
@@ -8,5 +8,5 @@ mod job;
 pub mod observer;
 
 pub use budget::{Budget, Stop};
-pub use job::{Job, Outcome};
+pub use job::{Engine, Job, Outcome};
 pub use observer::{Observer, Silent};

@@ -62,6 +62,15 @@ fn budget(budget: &Budget) -> String {
     match budget {
         Budget::Spp(n) => format!("{} samples per pixel", count(*n)),
         Budget::Seconds(s) => duration(*s),
+        Budget::RelMse { target, spp, seconds } => {
+            let bounds = [spp.map(|n| format!("{} samples per pixel", count(n))), seconds.map(duration)];
+            let bounds: Vec<String> = bounds.into_iter().flatten().collect();
+            format!(
+                "until the relMSE is {}, but no more than {}",
+                significant(*target, 3),
+                bounds.join(" or ")
+            )
+        }
     }
 }
 

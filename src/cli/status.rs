@@ -1,0 +1,68 @@
+//! `tyndall status`.
+
+use super::args::StatusArgs;
+use super::progress::clock;
+use super::run::{folders, overrides};
+use super::session::{Ending, print, with_threads};
+use crate::error::{Error, Result};
+use crate::experiment::plan;
+use crate::experiment::status::{Row, Status, status};
+use std::path::Path;
+
+/// Tells how far an experiment has come.
+///
+/// # Errors
+/// Anything wrong with the experiment or its scenes.
+pub fn run(args: &StatusArgs) -> Result<Ending> {
+    let plan = plan::read(&args.experiment, &overrides(&args.overrides)?)?;
+    let (out, cache) = folders(&plan, args.out.as_deref(), args.cache.as_deref());
+    let status = with_threads(args.threads, || status(&plan, &out, &cache))?;
+    print(text(&status))?;
+    let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
+    if args.prune {
+        for (folder, _) in &status.stale {
+            std::fs::remove_dir_all(folder).map_err(|e| Error::io(folder, "delete it", &e))?;
+        }
+        print(format!("deleted {} runs of before, {}\n", status.stale.len(), size(bytes)))?;
+    } else if !status.stale.is_empty() {
+        let (count, place) = (status.stale.len(), out.join(crate::experiment::store::FOLDER));
+        print(format!(
+            "{count} runs of other settings, scene contents or code take {} in {}: --prune deletes them\n",
+            size(bytes),
+            Path::display(&place)
+        ))?;
+    }
+    Ok(Ending::Done)
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+/// A line a scene and estimator, and one for all.
+fn text(status: &Status) -> String {
+    let mut text = format!(
+        "{:<20} {:<16} {:>12} {:>6} {:>6} {:>6} {:>9} {:>12} {:>12}\n",
+        "scene", "estimator", "done", "at it", "begun", "left", "spp", "rendered", "to go"
+    );
+    for row in &status.rows {
+        let Row { scene, estimator, done, busy, begun, runs, .. } = row;
+        let (done_text, spp) = (format!("{done} of {runs}"), row.iterations);
+        text.push_str(&format!(
+            "{scene:<20} {estimator:<16} {done_text:>12} {busy:>6} {begun:>6} {:>6} {spp:>9} {:>12} {:>12}\n",
+            runs - done - busy - begun,
+            clock(row.seconds),
+            row.left.map_or_else(|| "unknown".into(), clock),
+        ));
+    }
+    let all = status.rows.iter().try_fold(0.0, |sum, row| Some(sum + row.left?));
+    let (done, runs) = status.rows.iter().fold((0, 0), |(d, n), r| (d + r.done, n + r.runs));
+    let left =
+        all.map_or_else(|| "what is left cannot be told yet".into(), |s| format!("{} to go", clock(s)));
+    text.push_str(&format!("{done} of {runs} runs are done; {left}\n"));
+    text
+}

@@ -1,0 +1,128 @@
+//! How far an experiment has come: what is done, under way and left.
+
+use super::cell::SceneContext;
+use super::plan::Plan;
+use super::reference::Maker;
+use super::run::{clock, load_scenes};
+use super::store::{FOLDER, SceneKey};
+use crate::error::Result;
+use crate::render::{Budget, Silent, Stop};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// How far one estimator has come in one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The scene's key.
+    pub scene: String,
+    /// The estimator's key.
+    pub estimator: String,
+    /// What each run may use.
+    pub budget: Budget,
+    /// Runs at the end of their budget.
+    pub done: u32,
+    /// Runs that a process is at.
+    pub busy: u32,
+    /// Runs that were begun and that no process is at.
+    pub begun: u32,
+    /// Runs in all.
+    pub runs: u32,
+    /// Iterations on disk, of all runs.
+    pub iterations: u64,
+    /// Seconds that they took.
+    pub seconds: f64,
+    /// Seconds of rendering that are left, where that can be told.
+    pub left: Option<f64>,
+}
+
+/// How far an experiment has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// A row a scene and estimator.
+    pub rows: Vec<Row>,
+    /// Folders of runs with other settings, contents or code, and the bytes in them.
+    pub stale: Vec<(PathBuf, u64)>,
+}
+
+/// Looks at the folder of results `out`, and at that of references: runs that end at an error are named by their reference
+/// too, and nothing is known of them as long as it is not there.
+///
+/// # Errors
+/// Anything wrong with the scenes.
+pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
+    let scenes = load_scenes(plan)?;
+    let (clock, stop) = (clock(), Stop::default());
+    let mut rows = Vec::new();
+    let mut current = HashSet::new();
+    for (entry, scene) in plan.scenes.iter().zip(&scenes) {
+        let key = SceneKey::new(scene)?;
+        let measured = plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
+        let mut maker = Maker { cache, stop: &stop, observer: &mut Silent, frozen: true };
+        let truth = if measured { maker.obtain(entry, scene).ok().flatten() } else { None };
+        let truth = truth.as_ref();
+        let (key, clock, stop) = (&key, &clock, &stop);
+        let context = SceneContext { plan, entry, scene, truth, out, key, clock, frozen: true, stop };
+        for estimator in &plan.estimators {
+            let mut row = Row {
+                scene: entry.key.clone(),
+                estimator: estimator.key.clone(),
+                budget: estimator.budget,
+                done: 0,
+                busy: 0,
+                begun: 0,
+                runs: plan.runs,
+                iterations: 0,
+                seconds: 0.0,
+                left: None,
+            };
+            let mut left = Vec::new();
+            for run in 0..plan.runs {
+                let (unit, work) = context.unit(estimator, run)?;
+                current.insert(unit.folder().to_owned());
+                let header = unit.peek(work.budget);
+                let (iterations, seconds) = header.as_ref().map_or((0, 0.0), |h| (h.iterations, h.seconds));
+                row.iterations += iterations;
+                row.seconds += seconds;
+                if header.is_some_and(|h| h.is_done(work.budget)) {
+                    row.done += 1;
+                    continue;
+                }
+                left.push((iterations, seconds));
+                if unit.is_busy() {
+                    row.busy += 1;
+                } else if iterations > 0 {
+                    row.begun += 1;
+                }
+            }
+            row.left = time_left(&row, &left);
+            rows.push(row);
+        }
+    }
+    Ok(Status { rows, stale: stale(out, &current) })
+}
+
+/// Seconds that the runs which are not done will take, from what those before them took.
+fn time_left(row: &Row, left: &[(u64, f64)]) -> Option<f64> {
+    let an_iteration = row.seconds / row.iterations as f64;
+    let of = |(iterations, seconds): &(u64, f64)| match row.budget {
+        Budget::Spp(spp) => Some((spp - iterations) as f64 * an_iteration).filter(|v| v.is_finite()),
+        Budget::Seconds(limit) => Some((limit - seconds).max(0.0)),
+        Budget::RelMse { .. } => None,
+    };
+    // From +0: the empty sum of floats is −0.
+    left.iter().map(of).try_fold(0.0, |sum, seconds| Some(sum + seconds?))
+}
+
+/// Folders of runs that the plan does not have.
+fn stale(out: &Path, current: &HashSet<PathBuf>) -> Vec<(PathBuf, u64)> {
+    let Ok(entries) = std::fs::read_dir(out.join(FOLDER)) else { return Vec::new() };
+    let others = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir() && !current.contains(p));
+    let mut found: Vec<(PathBuf, u64)> = others.map(|path| (path.clone(), bytes(&path))).collect();
+    found.sort();
+    found
+}
+
+fn bytes(folder: &Path) -> u64 {
+    let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+    entries.flatten().filter_map(|e| e.metadata().ok()).map(|m| m.len()).sum()
+}

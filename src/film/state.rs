@@ -1,0 +1,192 @@
+//! A film's sums put together from those of several stretches of iterations, and written down to go on with later.
+//!
+//! Sums are put together plane by plane, in f64 and in the order in which they are given, so that stretches of the same
+//! lengths make the same film to the bit, whether they were rendered in one go, after a crash or on several machines.
+
+use super::accumulator::{Dropped, Film};
+use super::image::Image;
+use std::io::{self, Write};
+
+/// Bytes of a pixel of a plane.
+const PIXEL: usize = 24;
+
+/// Which planes of a film hold anything: the layout's images in order, then the squares. Those that are zero everywhere
+/// are not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Planes(pub Vec<bool>);
+
+impl Film {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.sums.fill([0.0; 3]);
+        self.squares.fill([0.0; 3]);
+        self.iterations = 0;
+        self.dropped = Dropped::default();
+    }
+
+    /// Takes over how many contributions were dropped in the iterations that were read.
+    pub fn set_dropped(&mut self, dropped: Dropped) {
+        self.dropped = dropped;
+    }
+
+    /// Adds the iterations of another film of the same layout, which come after those of this one.
+    ///
+    /// # Panics
+    /// For a film of another size or layout.
+    pub fn append(&mut self, later: &Self) {
+        assert_eq!((self.size(), self.sums.len()), (later.size(), later.sums.len()), "films of one layout");
+        let add = |sums: &mut [[f64; 3]], more: &[[f64; 3]]| {
+            for (sum, value) in sums.iter_mut().zip(more) {
+                (0..3).for_each(|c| sum[c] += value[c]);
+            }
+        };
+        add(&mut self.sums, &later.sums);
+        add(&mut self.squares, &later.squares);
+        self.iterations += later.iterations;
+        for (total, new) in self.dropped.0.iter_mut().zip(later.dropped.0) {
+            *total += new;
+        }
+    }
+
+    /// [`Self::image`] of this film with the iterations of `later` added, without adding them: the same to the bit.
+    pub fn image_with(&self, later: &Self) -> Image {
+        let scale = 1.0 / (self.iterations + later.iterations).max(1) as f64;
+        let (width, height) = self.size();
+        let (images, families) = (self.layout().images().len(), self.layout().families());
+        let pixel = |i: usize| {
+            let mut sum = [0.0; 3];
+            let place = i * images..i * images + families;
+            for (a, b) in self.sums[place.clone()].iter().zip(&later.sums[place]) {
+                (0..3).for_each(|c| sum[c] += a[c] + b[c]);
+            }
+            sum.map(|v| (v * scale) as f32)
+        };
+        Image { width, height, pixels: (0..width * height).map(pixel).collect() }
+    }
+
+    /// Which planes hold anything.
+    pub fn planes(&self) -> Planes {
+        let images = self.layout().images().len();
+        let mut kept = vec![false; images];
+        for pixel in self.sums.chunks_exact(images.max(1)) {
+            pixel.iter().zip(&mut kept).for_each(|(v, k)| *k |= *v != [0.0; 3]);
+        }
+        kept.push(self.squares.iter().any(|v| *v != [0.0; 3]));
+        Planes(kept)
+    }
+
+    /// Writes the planes that are kept, one after the other, in little-endian f64.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_planes(&self, planes: &Planes, out: &mut impl Write) -> io::Result<()> {
+        let (squares, images) = planes.0.split_last().expect("the squares are always there");
+        let count = images.len();
+        let mut bytes = Vec::with_capacity(self.squares.len() * PIXEL);
+        let mut write = |pixels: &mut dyn Iterator<Item = &[f64; 3]>| {
+            bytes.clear();
+            pixels.flatten().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+            out.write_all(&bytes)
+        };
+        for plane in (0..count).filter(|p| images[*p]) {
+            write(&mut self.sums.iter().skip(plane).step_by(count))?;
+        }
+        if *squares { write(&mut self.squares.iter()) } else { Ok(()) }
+    }
+
+    /// Bytes that [`Self::write_planes`] writes.
+    pub fn bytes_of(&self, planes: &Planes) -> usize {
+        planes.0.iter().filter(|kept| **kept).count() * self.squares.len() * PIXEL
+    }
+
+    /// Takes the sums of `iterations` iterations from what [`Self::write_planes`] wrote. `None`, and an empty film, where that
+    /// was a film of another layout.
+    pub fn read_planes(&mut self, iterations: u64, planes: &Planes, bytes: &[u8]) -> Option<()> {
+        self.clear();
+        let count = self.layout().images().len();
+        if planes.0.len() != count + 1 || bytes.len() != self.bytes_of(planes) {
+            return None;
+        }
+        let size = self.squares.len() * PIXEL;
+        for (plane, bytes) in (0..=count).filter(|p| planes.0[*p]).zip(bytes.chunks_exact(size.max(1))) {
+            let value = |b: &[u8]| f64::from_le_bytes(b.try_into().expect("eight bytes"));
+            let pixels = bytes.chunks_exact(PIXEL).map(|p| [&p[..8], &p[8..16], &p[16..]].map(value));
+            if plane < count {
+                self.sums.iter_mut().skip(plane).step_by(count).zip(pixels).for_each(|(s, p)| *s = p);
+            } else {
+                self.squares.iter_mut().zip(pixels).for_each(|(s, p)| *s = p);
+            }
+        }
+        self.iterations = iterations;
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, CameraSettings, FovAxis};
+    use crate::film::Sample;
+    use crate::math::Rgb;
+    use crate::math::rng::{Stream, StreamKind};
+    use crate::transport::settings::{Layers, Settings};
+    use crate::transport::technique::{Technique, TechniqueSet};
+    use glam::{Affine3A, UVec2};
+
+    fn film() -> Film {
+        let camera = Camera::new(&CameraSettings {
+            size: UVec2::new(13, 9),
+            crop: None,
+            fov_axis: FovAxis::Horizontal,
+            fov: 40.0,
+            to_world: Affine3A::IDENTITY,
+            lens: None,
+        })
+        .unwrap();
+        let mut settings =
+            Settings::new(TechniqueSet::of(&[Technique::Hit, Technique::NextEvent, Technique::Lens]));
+        settings.layers = Layers::Families;
+        Film::new(&camera, &settings)
+    }
+
+    fn iterate(film: &mut Film, iterations: std::ops::Range<u64>) {
+        for i in iterations {
+            film.for_each_band(|band| {
+                let mut random = Stream::new(1, i, StreamKind::Other, band.index as u64);
+                for pixel in 0..band.rows() * band.width {
+                    let technique =
+                        if random.next_1d() < 0.5 { Technique::Hit } else { Technique::NextEvent };
+                    let contribution = Rgb::new(random.next_1d(), random.next_1d(), 1e3 * random.next_1d());
+                    band.record(
+                        pixel,
+                        &Sample { technique, s: 1, t: 2, contribution, weight: random.next_1d() },
+                    );
+                }
+            });
+            film.end_iteration();
+        }
+    }
+
+    #[test]
+    fn stretches_add_up_and_come_back() {
+        let (mut all, mut later) = (film(), film());
+        iterate(&mut all, 0..3);
+        iterate(&mut later, 3..5);
+        let together = all.image_with(&later);
+        all.append(&later);
+        assert_eq!((all.iterations(), &all.image()), (5, &together));
+        let mut whole = film();
+        iterate(&mut whole, 0..5);
+        for (a, b) in all.variance().pixels.iter().zip(&whole.variance().pixels) {
+            (0..3).for_each(|c| assert!((a[c] - b[c]).abs() <= 1e-5 * b[c], "{a:?} {b:?}"));
+        }
+        let planes = all.planes();
+        assert_eq!(planes.0.iter().filter(|k| !**k).count(), 3, "nothing came by the lens, in three images");
+        let mut bytes = Vec::new();
+        all.write_planes(&planes, &mut bytes).unwrap();
+        let mut back = film();
+        back.read_planes(5, &planes, &bytes).unwrap();
+        assert_eq!((back.layers(), back.variance()), (all.layers(), all.variance()));
+        assert!(back.read_planes(5, &planes, &bytes[1..]).is_none() && back.iterations() == 0);
+    }
+}
