@@ -6,9 +6,10 @@ use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::Result;
 use crate::experiment::overrides::Override;
 use crate::experiment::plan::{self, Plan};
-use crate::experiment::results::{Estimate, Results};
+use crate::experiment::results::{self, Cell, Estimate, Results};
 use crate::experiment::run::{self, Options, Part};
 use crate::report::report_of;
+use crate::report::statistics::{Ratio, ratio};
 use std::path::{Path, PathBuf};
 
 /// Runs an experiment, and writes its page.
@@ -72,23 +73,55 @@ pub fn default_cache(out: &Path) -> PathBuf {
 fn summary(results: &Results) -> String {
     let main = results.metrics.first();
     let label = main.map_or("", |m| m.label.as_str());
+    let several = results.estimators.len() > 1;
+    let over = results.estimators.first().filter(|_| several).map(|e| format!("over {}", e.key));
     let mut text = format!(
-        "{:<20} {:<16} {:>9} {:>10}  {label:<32} {}\n",
-        "scene", "estimator", "spp", "seconds", "1/(MSE·s)"
+        "{:<20} {:<16} {:>9} {:>10}  {label:<32} {:<32} {}\n",
+        "scene",
+        "estimator",
+        "spp",
+        "seconds",
+        "1/(MSE·s)",
+        over.unwrap_or_default()
     );
     for cell in &results.cells {
         let metric = main.and_then(|m| cell.metric(&m.key));
-        text.push_str(&format!(
-            "{:<20} {:<16} {:>9.1} {:>10.2}  {:<32} {}\n",
+        let first = results.estimators.first().and_then(|e| results.cell(&cell.scene, &e.key));
+        let faster = first.filter(|f| f.estimator != cell.estimator).map(|first| speed_up(first, cell));
+        let line = format!(
+            "{:<20} {:<16} {:>9.1} {:>10.2}  {:<32} {:<32} {}",
             cell.scene,
             cell.estimator,
             cell.spp.mean,
             cell.seconds.mean,
             with_interval(metric),
-            with_interval(cell.efficiency)
-        ));
+            with_interval(cell.efficiency),
+            faster.unwrap_or_default()
+        );
+        text.push_str(line.trim_end());
+        text.push('\n');
     }
     text
+}
+
+/// How much more efficient a cell is than another, where that can be told.
+fn speed_up(first: &Cell, cell: &Cell) -> String {
+    let costs = |cell: &Cell| -> Vec<f64> {
+        let noise = cell.noise("mse");
+        let mse = |r: &results::Run| r.metrics.get("mse").copied().unwrap_or(f64::NAN) - noise;
+        cell.runs.iter().map(|r| mse(r) * r.seconds).collect()
+    };
+    match ratio(&costs(first), &costs(cell)) {
+        None => "-".into(),
+        Some(Ratio::Bare(value)) => format!("{}×, of one run", number(value)),
+        Some(Ratio::Known(_, None)) => "not distinguishable".into(),
+        Some(Ratio::Known(_, Some(i))) if i.contains(1.0) => {
+            format!("not distinguishable [{}, {}]", number(i.low), number(i.high))
+        }
+        Some(Ratio::Known(value, Some(i))) => {
+            format!("{}× [{}, {}]", number(value), number(i.low), number(i.high))
+        }
+    }
 }
 
 fn with_interval(estimate: Option<Estimate>) -> String {

@@ -1,11 +1,15 @@
 //! One estimator in one scene: its runs, their files and their numbers.
 
-use super::measure::{curve, efficiency, estimate, run_variances};
-use super::metrics::Metric;
+use super::costs::{costs, file_name};
+use super::measure::{CONFIDENCE, curve, estimate};
+use super::metrics::{Metric, relmse::EPSILON};
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
 use super::reference::Truth;
-use super::results::{Cell, Checkpoint, Estimate, Files, Run, Summary};
-use super::store::{SceneKey, State, Unit};
+use super::results::{Cell, Checkpoint, Estimate, Files, Interval, Run, Summary};
+use super::shares::Shares;
+use super::split::{efficiency, noise_variance, split};
+use super::statistics::two_sided_quantile;
+use super::store::{self, SceneKey, State, Unit};
 use super::work::{Got, Work, relmse};
 use crate::error::{Error, Result};
 use crate::film::accumulator::mean_weight;
@@ -17,12 +21,18 @@ use crate::render::files::{Resolved, VARIANCE, dropped, layered, prepare_folder}
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
+use crate::transport::technique::Technique;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Name of the layer with the mean over the runs less the reference.
+const BIAS: &str = "bias";
+
 /// Where the noise of the reference is more than this share of a metric, a warning is given.
 const REFERENCE_NOISE: f64 = 0.1;
+/// Where it is more than this share, it dominates.
+const DOMINANT_NOISE: f64 = 0.5;
 
 /// A run in time that ends further than this from its budget is warned about.
 const TIME_TOLERANCE: f64 = 0.05;
@@ -68,10 +78,9 @@ pub struct Stopped {
 struct Gathered {
     runs: Vec<Run>,
     images: Vec<Image>,
-    /// One a run.
-    mse: Vec<f64>,
     maps: BTreeMap<String, ScalarImage>,
     mean: MeanLayers,
+    shares: Shares,
     settings: Vec<Resolved>,
 }
 
@@ -152,9 +161,9 @@ impl<'a> SceneContext<'a> {
         let mut gathered = Gathered {
             runs: Vec::new(),
             images: Vec::new(),
-            mse: Vec::new(),
             maps: BTreeMap::new(),
             mean: MeanLayers::default(),
+            shares: Shares::default(),
             settings: Vec::new(),
         };
         for run in 0..self.plan.runs {
@@ -189,8 +198,25 @@ impl<'a> SceneContext<'a> {
             .map_err(|e| Error::usage(format!("cannot write settings: {e}")))?;
         write_bytes(&self.out.join(&folder).join("settings.toml"), text.as_bytes())?;
         let files = self.write_means(&folder, &gathered)?;
-        let cell = self.cell(estimator, &gathered, files);
+        let mut cell = self.cell(estimator, &gathered, files);
+        cell.techniques = gathered.shares.rows(&self.costs(estimator)?);
         Ok(Some(Measured { cell, maps: gathered.maps }))
+    }
+
+    /// What each technique costs, where that is wanted.
+    fn costs(&self, estimator: &EstimatorPlan) -> Result<Vec<(Technique, Estimate)>> {
+        if !self.plan.figures.costs {
+            return Ok(Vec::new());
+        }
+        let (unit, work) = self.unit(estimator, 0)?;
+        let name = unit.folder().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let folder = self.out.join(store::FOLDER).join(store::COSTS);
+        let file = folder.join(file_name(&name, self.clock));
+        if (self.frozen || self.stop.requested()) && !file.is_file() {
+            return Ok(Vec::new());
+        }
+        prepare_folder(&folder)?;
+        costs(self.scene, &work.settings, &file)
     }
 
     /// One run: one seed.
@@ -213,11 +239,9 @@ impl<'a> SceneContext<'a> {
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
         exr::write(self.out.join(&exr), &layered(self.scene, &bare, &resolved, &outcome))?;
+        gathered.shares.add(&outcome.film);
         gathered.mean.add(layered(self.scene, settings, &resolved, &outcome), &outcome.film);
         let metrics = self.metrics(&image, &mut gathered.maps)?;
-        if let Some(truth) = self.truth {
-            gathered.mse.push(Metric::Mse.measure(&image, &truth.image)?.value);
-        }
         let relmse = self.truth.map(|truth| relmse(&image, truth)).transpose()?;
         gathered.runs.push(Run {
             index,
@@ -284,6 +308,7 @@ impl<'a> SceneContext<'a> {
             mean_png: named("mean.png"),
             error_exr: None,
             error_png: BTreeMap::new(),
+            statistics_exr: None,
             layers: mean
                 .layers
                 .iter()
@@ -303,23 +328,49 @@ impl<'a> SceneContext<'a> {
             files.error_exr = Some(named("error.exr"));
             exr::write(self.out.join(named("error.exr")), &maps)?;
         }
+        let statistics = self.statistics(gathered, &mean);
+        if !statistics.layers.is_empty() {
+            files.statistics_exr = Some(named("statistics.exr"));
+            exr::write(self.out.join(named("statistics.exr")), &statistics)?;
+        }
         Ok(files)
+    }
+
+    /// Maps of variance and bias.
+    fn statistics(&self, gathered: &Gathered, mean: &LayeredImage) -> LayeredImage {
+        let mut file = LayeredImage { layers: Vec::new(), metadata: Vec::new(), ..mean.clone() };
+        if let Some(variance) = mean.layer(VARIANCE) {
+            // That of the mean over the runs.
+            let runs = gathered.runs.len() as f32;
+            let pixels = variance.pixels.iter().map(|p| p.map(|v| v * runs)).collect();
+            file.push(VARIANCE, Image { pixels, ..*variance });
+        }
+        if let Some((truth, mean)) = self.truth.zip(mean.layer("")) {
+            let difference = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| a[c] - b[c]);
+            let pixels = mean.pixels.iter().zip(&truth.image.pixels).map(difference).collect();
+            file.push(BIAS, Image { pixels, ..*mean });
+        }
+        for (technique, map) in gathered.shares.maps() {
+            file.push(format!("{VARIANCE}.{}", technique.info().key), map);
+        }
+        file
     }
 
     fn cell(&self, estimator: &EstimatorPlan, gathered: &Gathered, files: Files) -> Cell {
         let runs = &gathered.runs;
         let seconds: Vec<f64> = runs.iter().map(|r| r.seconds).collect();
         let spp: Vec<f64> = runs.iter().map(|r| r.spp as f64).collect();
-        let variances = run_variances(&gathered.images);
-        let keys = || self.plan.metrics.iter().map(|m| m.description().key);
-        let over_runs = |key: &str| {
-            let values: Option<Vec<f64>> = runs.iter().map(|r| r.metrics.get(key).copied()).collect();
-            estimate(&values?)
-        };
-        let summary: Vec<Summary> = keys()
-            .filter_map(|key| Some(Summary { metric: key.to_owned(), value: over_runs(key)? }))
-            .collect();
+        let split = split(&gathered.images, self.truth);
+        let summary: Vec<Summary> =
+            self.plan.metrics.iter().filter_map(|metric| self.summary(*metric, gathered)).collect();
+        let noise = |key: &str| summary.iter().find(|s| s.metric == key).and_then(|s| s.noise).unwrap_or(0.0);
+        let curves = self.plan.metrics.iter().filter_map(|m| {
+            let key = m.description().key;
+            curve(key, runs, noise(key)).filter(|c| !c.points.is_empty())
+        });
+        let convergence = curves.collect();
         let nothing = Estimate { mean: 0.0, interval: None };
+        let seconds = estimate(&seconds).unwrap_or(nothing);
         let settings = &gathered.settings[0];
         let mut cell = Cell {
             scene: self.entry.key.clone(),
@@ -328,18 +379,41 @@ impl<'a> SceneContext<'a> {
             max_length: settings.max_length,
             paths: settings.paths.clone(),
             summary,
-            variance: estimate(&variances),
-            efficiency: efficiency(&gathered.mse, &seconds),
-            variance_efficiency: efficiency(&variances, &seconds),
-            seconds: estimate(&seconds).unwrap_or(nothing),
+            variance: split.variance,
+            bias: split.bias,
+            efficiency: efficiency(split.mse, &seconds),
+            variance_efficiency: efficiency(split.variance, &seconds),
+            seconds,
             spp: estimate(&spp).unwrap_or(nothing),
-            convergence: keys().filter_map(|key| curve(key, runs)).filter(|c| !c.points.is_empty()).collect(),
+            convergence,
+            techniques: Vec::new(),
             files,
             warnings: Vec::new(),
             runs: runs.clone(),
         };
         cell.warnings = self.warnings(estimator, &cell);
         cell
+    }
+
+    /// A metric over the runs, with what the reference's noise adds to it.
+    fn summary(&self, metric: Metric, gathered: &Gathered) -> Option<Summary> {
+        let key = metric.description().key;
+        let values: Option<Vec<f64>> = gathered.runs.iter().map(|r| r.metrics.get(key).copied()).collect();
+        let value = estimate(&values?)?;
+        let truth = self.truth?;
+        let noise =
+            truth.variance.as_ref().and_then(|v| metric.reference_noise(&truth.image, v).ok().flatten());
+        let corrected = noise.map(|noise| {
+            let weight = |r: f64| if metric == Metric::RelMse { 1.0 / (r * r + EPSILON) } else { 1.0 };
+            let more = noise_variance(&gathered.images, truth, weight);
+            let quantile = two_sided_quantile(CONFIDENCE, gathered.runs.len() as f64 - 1.0).unwrap_or(0.0);
+            let interval = value.interval.map(|i| {
+                let half = (0.5 * (i.high - i.low)).hypot(quantile * more.sqrt());
+                Interval { low: value.mean - noise - half, high: value.mean - noise + half }
+            });
+            Estimate { mean: value.mean - noise, interval }
+        });
+        Some(Summary { metric: key.to_owned(), value, noise, corrected })
     }
 
     fn warnings(&self, estimator: &EstimatorPlan, cell: &Cell) -> Vec<String> {
@@ -403,16 +477,21 @@ impl<'a> SceneContext<'a> {
         if cell.runs.iter().any(|r| Some(r.seed) == truth.seed) {
             warnings.push("a run and the reference have the same seed: they are not independent".to_owned());
         }
-        let Some(variance) = &truth.variance else { return };
-        for metric in &self.plan.metrics {
-            let Some(value) = cell.metric(metric.description().key) else { continue };
-            let Ok(Some(noise)) = metric.reference_noise(&truth.image, variance) else { continue };
-            let share = noise / value.mean;
-            if share > REFERENCE_NOISE {
-                let label = metric.description().label;
+        for summary in &cell.summary {
+            let Some(noise) = summary.noise else { continue };
+            let share = noise / summary.value.mean;
+            let metric = self.plan.metrics.iter().find(|m| m.description().key == summary.metric);
+            let label = metric.map_or("", |m| m.description().label);
+            if share > DOMINANT_NOISE {
                 warnings.push(format!(
-                    "the reference's own noise makes up {:.0}% of the {label}: it needs more samples",
+                    "the reference's own noise dominates the {label} ({:.0}% of it): what is left without it is hardly known, and \
+                     the reference needs more samples",
                     100.0 * share.min(1.0)
+                ));
+            } else if share > REFERENCE_NOISE {
+                warnings.push(format!(
+                    "the reference's own noise makes up {:.0}% of the {label}, and is taken off: it needs more samples",
+                    100.0 * share
                 ));
             }
         }

@@ -220,4 +220,7 @@ pub struct FiguresDef {
     pub pyramid: Option<Spanned<[Count<1>; 2]>>,
     /// Error against samples and time; default: whether there is a reference.
     pub convergence: Option<bool>,
+    /// What share of the time each technique costs, measured by leaving each out in turn, which takes some renders more;
+    /// default false.
+    pub costs: Option<bool>,
 }

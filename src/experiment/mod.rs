@@ -8,10 +8,12 @@
 //! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
 //! | [`status`] | what is done and what is left |
 //! | [`reference`] | what is measured against: rendered, kept, extended |
-//! | [`metrics`], [`statistics`], [`measure`] | errors of images, and numbers over runs |
+//! | [`metrics`], [`statistics`], [`measure`], [`split`] | errors of images, and numbers over runs |
+//! | [`shares`], [`costs`] | what each technique adds, causes and costs |
 //! | [`results`], [`numbers`], [`csv`] | what is left behind |
 
 pub mod cell;
+pub mod costs;
 pub mod csv;
 pub mod file;
 pub mod hash;
@@ -25,6 +27,8 @@ pub mod reference;
 pub mod resolve;
 pub mod results;
 pub mod run;
+pub mod shares;
+pub mod split;
 pub mod statistics;
 pub mod status;
 pub mod store;

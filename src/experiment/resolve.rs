@@ -360,6 +360,7 @@ impl Resolver<'_> {
             techniques: def.techniques.as_ref().map_or(layers, |t| *t.get_ref()),
             pyramid: def.pyramid.as_ref().map(|p| p.get_ref().map(|n| n.0)),
             convergence: def.convergence.unwrap_or(reference),
+            costs: def.costs.unwrap_or(false),
         })
     }
 

@@ -22,6 +22,8 @@
 //!     <scene>/<estimator>/mean.png
 //!     <scene>/<estimator>/error.exr      a layer a metric: its map, the mean over the runs
 //!     <scene>/<estimator>/error-<metric>.png
+//!     <scene>/<estimator>/statistics.exr  layers `variance`, `bias`, `variance.<technique>`
+//!     cells/                  runs as far as they have come: see [`super::store`]
 //! ```
 
 use super::numbers::{named, number, three};
@@ -238,7 +240,13 @@ pub struct Cell {
     /// Mean squared difference between a run and the mean of all, per pixel and channel, with the factor R/(R−1): the
     /// variance of one run, whatever the reference. None for a single run.
     pub variance: Option<Estimate>,
-    /// 1/(MSE · seconds), with the interval from the runs' products. None without a reference.
+    /// The squared bias, mean over pixels and channels, from products of different runs: variance and bias² add up to the MSE less the
+    /// reference's noise (see [`super::split`]). It may come out negative where there is none. None for a single run or without a
+    /// reference.
+    #[serde(default)]
+    pub bias: Option<Estimate>,
+    /// 1/(MSE · seconds), where the reference's noise is taken off the MSE. None without a reference, or where nothing is left
+    /// of the MSE then.
     pub efficiency: Option<Estimate>,
     /// 1/(variance · seconds): the same without a reference. None for a single run.
     pub variance_efficiency: Option<Estimate>,
@@ -248,10 +256,30 @@ pub struct Cell {
     pub spp: Estimate,
     /// Error against samples and time: a curve a metric.
     pub convergence: Vec<Curve>,
+    /// What each technique adds, causes and costs, in the order of the table of techniques.
+    #[serde(default)]
+    pub techniques: Vec<TechniqueShare>,
     /// Where the images are.
     pub files: Files,
     /// What the reader of these numbers should know.
     pub warnings: Vec<String>,
+}
+
+/// What a technique is to an estimator in a scene; shares of the whole, with intervals over the runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TechniqueShare {
+    /// The technique's key.
+    pub technique: String,
+    /// Share of the image's energy (its mean luminance) that is in the technique's weighted image.
+    pub energy: Estimate,
+    /// Variance of the technique's weighted image over that of the whole image. None for a single run.
+    pub variance: Option<Estimate>,
+    /// Share of the whole image's variance that the technique causes: cov(technique, whole) / var(whole); these sum up to 1. None for
+    /// a single run.
+    pub caused: Option<Estimate>,
+    /// Share of the time of an iteration that leaving out this technique saves, see [`super::costs`]; none where that was not
+    /// asked for.
+    pub time: Option<Estimate>,
 }
 
 /// One run: one seed.
@@ -334,18 +362,24 @@ pub struct Interval {
 pub struct Summary {
     /// The metric's key.
     pub metric: String,
-    /// Its mean and interval.
+    /// Its mean and interval, as measured against the reference.
     pub value: Estimate,
+    /// What the reference's own noise adds to it; none where that is not known, or the metric is not one to which it adds up.
+    #[serde(default)]
+    pub noise: Option<f64>,
+    /// The value without that noise; its interval holds what is not known of the noise too.
+    #[serde(default)]
+    pub corrected: Option<Estimate>,
 }
 
-/// How a metric falls as a run goes on.
+/// How a metric falls as a run goes on, without the reference's noise where that is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// The metric's key.
     pub metric: String,
     /// By increasing samples: the points that every run has.
     pub points: Vec<CurvePoint>,
-    /// Slope of log(metric) over log(samples); none with fewer than 3 points.
+    /// Slope of log(metric) over log(samples), the mean over the runs; none with fewer than 3 points.
     pub slope_spp: Option<Estimate>,
     /// Slope of log(metric) over log(seconds); none with fewer than 3 points.
     pub slope_seconds: Option<Estimate>,
@@ -377,6 +411,10 @@ pub struct Files {
     pub error_exr: Option<String>,
     /// PNGs of these maps in false colour from 0 to [`MetricInfo::map_scale`], by the metric's key.
     pub error_png: BTreeMap<String, String>,
+    /// An EXR of layers `variance` (of the pixels of one run, from its iterations), `bias` (mean over the runs less the
+    /// reference) and `variance.<technique>` (of the technique's weighted image in one run). None where there is none of them.
+    #[serde(default)]
+    pub statistics_exr: Option<String>,
     /// Names of the technique layers of `mean_exr`: `weighted.nee`, `weight.nee`, `unweighted.s02t03` and so on (see
     /// [`crate::film::ImageKind`]). Mean weights are those over the samples of all runs.
     pub layers: Vec<String>,
@@ -398,6 +436,9 @@ pub struct Figures {
     pub pyramid: Option<[u32; 2]>,
     /// Error against samples and time.
     pub convergence: bool,
+    /// What each technique costs, which takes some renders more.
+    #[serde(default)]
+    pub costs: bool,
 }
 
 impl Results {
@@ -418,9 +459,14 @@ impl Results {
 }
 
 impl Cell {
-    /// A metric over the runs, by its key.
+    /// A metric over the runs, by its key, without the reference's noise where that is known.
     pub fn metric(&self, key: &str) -> Option<Estimate> {
-        self.summary.iter().find(|s| s.metric == key).map(|s| s.value)
+        self.summary.iter().find(|s| s.metric == key).map(|s| s.corrected.unwrap_or(s.value))
+    }
+
+    /// What the reference's noise adds to a metric; 0 where that is not known.
+    pub fn noise(&self, key: &str) -> f64 {
+        self.summary.iter().find(|s| s.metric == key).and_then(|s| s.noise).unwrap_or(0.0)
     }
 }
 
@@ -484,13 +530,15 @@ mod tests {
             max_length: 64,
             paths: all_paths(),
             runs: vec![run],
-            summary: vec![Summary { metric: "mse".into(), value: estimate }],
+            summary: vec![Summary { metric: "mse".into(), value: estimate, noise: None, corrected: None }],
             variance: None,
+            bias: Some(estimate),
             efficiency: Some(estimate),
             variance_efficiency: None,
             seconds: Estimate { mean: 0.1, interval: None },
             spp: Estimate { mean: 4.0, interval: None },
             convergence: Vec::new(),
+            techniques: Vec::new(),
             files: Files::default(),
             warnings: Vec::new(),
         };
@@ -517,6 +565,7 @@ mod tests {
                 techniques: false,
                 pyramid: Some([2, 5]),
                 convergence: true,
+                costs: false,
             },
             warnings: vec!["é".into()],
         }

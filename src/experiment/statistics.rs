@@ -68,7 +68,7 @@ pub fn mean_interval(values: &[f64], confidence: f64) -> Option<Interval> {
 }
 
 /// The t with P(|T| ≤ t) = `confidence`; `None` unless confidence lies in (0, 1) and there is freedom.
-fn two_sided_quantile(confidence: f64, freedom: f64) -> Option<f64> {
+pub fn two_sided_quantile(confidence: f64, freedom: f64) -> Option<f64> {
     if !(confidence > 0.0 && confidence < 1.0) {
         return None;
     }

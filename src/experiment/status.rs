@@ -4,7 +4,7 @@ use super::cell::SceneContext;
 use super::plan::Plan;
 use super::reference::Maker;
 use super::run::{clock, load_scenes};
-use super::store::{FOLDER, SceneKey};
+use super::store::{COSTS, FOLDER, SceneKey};
 use crate::error::Result;
 use crate::render::{Budget, Silent, Stop};
 use std::collections::HashSet;
@@ -116,7 +116,8 @@ fn time_left(row: &Row, left: &[(u64, f64)]) -> Option<f64> {
 /// Folders of runs that the plan does not have.
 fn stale(out: &Path, current: &HashSet<PathBuf>) -> Vec<(PathBuf, u64)> {
     let Ok(entries) = std::fs::read_dir(out.join(FOLDER)) else { return Vec::new() };
-    let others = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir() && !current.contains(p));
+    let other = |p: &PathBuf| p.is_dir() && !p.ends_with(COSTS) && !current.contains(p);
+    let others = entries.flatten().map(|e| e.path()).filter(other);
     let mut found: Vec<(PathBuf, u64)> = others.map(|path| (path.clone(), bytes(&path))).collect();
     found.sort();
     found

@@ -26,6 +26,8 @@ use std::path::{Path, PathBuf};
 
 /// The folder in the folder of results.
 pub const FOLDER: &str = "cells";
+/// The folder therein with what techniques cost.
+pub const COSTS: &str = "costs";
 /// First line of a state.
 const MAGIC: &[u8] = b"tyndall film 1\n";
 /// Ends the name of a state.

@@ -220,6 +220,11 @@ impl Film {
     /// The images beside the combined one: contributions as means over iterations, mean weights over all samples (see
     /// [`ImageKind::Weight`]) in all three channels.
     pub fn layers(&self) -> Vec<(ImageKind, Image)> {
+        self.layers_where(|_| true)
+    }
+
+    /// Those of [`Self::layers`] that are wanted.
+    pub fn layers_where(&self, wanted: impl Fn(&ImageKind) -> bool) -> Vec<(ImageKind, Image)> {
         let scale = 1.0 / self.iterations.max(1) as f64;
         let kinds = self.layout.images();
         let sum = |i: usize, l: usize| self.sums[i * kinds.len() + l];
@@ -230,7 +235,8 @@ impl Film {
             }),
             _ => self.map_pixels(|i| sum(i, l).map(|v| v * scale)),
         };
-        kinds.iter().enumerate().map(|(l, kind)| (*kind, image(l, kind))).collect()
+        let chosen = kinds.iter().enumerate().filter(|(_, kind)| wanted(kind));
+        chosen.map(|(l, kind)| (*kind, image(l, kind))).collect()
     }
 
     /// What the mean weights are made of, to put several films together: for each technique, where layers are kept, the sum

@@ -67,7 +67,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
             "p",
             &[("class", &"note")],
             "Bold: mean over the runs, with its 95% interval as a band; faint: each run. Slopes are fitted to the \
-             logarithms, with their 95% intervals. A line that flattens out has a bias, or has met the reference's noise.",
+             logarithms, with their 95% intervals. The reference's own noise is taken off where it adds up; a line that flattens out has a bias.",
         );
         plots(context, view, main, m);
         slopes(view, &metrics, m);
@@ -124,7 +124,7 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
             label: entry.info.label.clone(),
             series: entry.index,
             color: context.colors[entry.index].clone(),
-            runs: runs(&entry.cell.runs, &metric.key, against),
+            runs: runs(&entry.cell.runs, &metric.key, against, entry.cell.noise(&metric.key)),
             mean: mean.collect(),
             remark: against.slope(found).map_or_else(|| "too few points to fit".into(), |s| slope(&s)),
         })
@@ -138,13 +138,14 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
     }
 }
 
-/// Each run's way; nothing for a single run, which is its own mean.
-fn runs(runs: &[Run], key: &str, against: Against) -> Vec<Vec<(f64, f64)>> {
+/// Each run's way, without the reference's noise; nothing for a single run, which is its own mean.
+fn runs(runs: &[Run], key: &str, against: Against, noise: f64) -> Vec<Vec<(f64, f64)>> {
     if runs.len() < 2 {
         return Vec::new();
     }
     let way = |r: &Run| {
-        let points = r.checkpoints.iter().filter_map(|c| Some((against.of_run(c), *c.metrics.get(key)?)));
+        let value = |c: &Checkpoint| Some((against.of_run(c), c.metrics.get(key)? - noise));
+        let points = r.checkpoints.iter().filter_map(value);
         points.collect::<Vec<_>>()
     };
     runs.iter().map(way).collect()

@@ -1,7 +1,7 @@
 //! The report of an experiment: one self-contained HTML page and figures, from the results on disk.
 //!
 //! The page needs no network and no script: images and plots are within it. It is made of one section a scene, with
-//! ids `scene-<name>-contributions`, `-images`, `-metrics`, `-convergence`, `-techniques` and `-pyramid`; every image carries
+//! ids `scene-<name>-contributions`, `-images`, `-metrics`, `-why`, `-convergence`, `-techniques` and `-pyramid`; every image carries
 //! the EXR that it comes from in `data-exr` and the layer in `data-layer`, relative to the folder of results.
 //!
 //! | file | what it makes |
@@ -11,6 +11,7 @@
 //! | `table`, `statistics` | metrics with intervals, and who is best |
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
 //! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
+//! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
 //! | `markup`, `numbers`, `picture`, `montage`, `raster` | HTML, SVG and PNG, numbers, images as `data:` addresses |
 
@@ -33,11 +34,12 @@ mod plot;
 mod pyramid;
 mod raster;
 mod reproduce;
-mod statistics;
+pub(crate) mod statistics;
 mod table;
 mod techniques;
 #[cfg(test)]
 mod tests;
+mod why;
 
 use crate::error::{Error, Result};
 use crate::experiment::results::{self, Results};

@@ -5,7 +5,7 @@ use super::context::{Context, SceneView, estimate, paragraphs, warnings};
 use super::markup::Markup;
 use super::numbers::{bytes, count, plural, significant};
 use super::palette::css_variables;
-use super::{contributions, convergence, pyramid, reproduce, table, techniques};
+use super::{contributions, convergence, pyramid, reproduce, table, techniques, why};
 use crate::experiment::results::Cell;
 use crate::render::files::all_paths;
 
@@ -186,6 +186,7 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
         if view.entries.iter().any(|e| !e.cell.summary.is_empty() || e.cell.variance.is_some()) {
             table::section(context, view, m);
         }
+        why::section(context, view, m);
         if figures.convergence {
             convergence::section(context, view, m);
         }
@@ -286,11 +287,11 @@ const NOISE_SHARE: f64 = 0.1;
 
 fn reference_noise(view: &SceneView, cell: &Cell) -> Option<String> {
     let noise = view.scene.reference.as_ref()?.variance?;
-    let mse = cell.metric("mse")?.mean;
+    let mse = cell.summary.iter().find(|s| s.metric == "mse")?.value.mean;
     let share = noise / mse;
     (share > NOISE_SHARE && share.is_finite()).then(|| {
         format!(
-            "{} % of its MSE is the reference's own noise (variance {}): differences are understated, and slopes flattened.",
+            "{} % of its MSE is the reference's own noise (variance {}): it needs more samples.",
             significant(100.0 * share.min(1.0), 2),
             significant(noise, 2)
         )

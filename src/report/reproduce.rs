@@ -1,11 +1,12 @@
 //! What is needed to repeat the experiment and to read its numbers: program, machine, settings, seeds, times, metrics.
 
 use super::comparison::swatch;
-use super::context::{Context, SceneView};
+use super::context::{Context, Entry, SceneView};
 use super::markup::Markup;
 use super::numbers::{count, duration, significant};
 use crate::experiment::results::{Budget, EstimatorSettings, Results, Run};
 use crate::transport::technique::TECHNIQUES;
+use std::collections::BTreeMap;
 
 /// The last section.
 pub(super) fn section(context: &Context, m: &mut Markup) {
@@ -147,6 +148,7 @@ fn runs(view: &SceneView, m: &mut Markup) {
         "seed",
         "spp",
         "seconds",
+        "of them pilots",
         "camera paths",
         "light paths",
         "lengths",
@@ -165,6 +167,7 @@ fn runs(view: &SceneView, m: &mut Markup) {
                         run.seed.to_string(),
                         format!("{}{partial}", count(run.spp)),
                         significant(run.seconds, 4),
+                        significant(run.setup, 2),
                         count(run.camera_paths),
                         count(run.light_paths),
                         lengths,
@@ -176,6 +179,34 @@ fn runs(view: &SceneView, m: &mut Markup) {
             }
         }
     });
+    chosen(view, m);
+}
+
+/// Radii, counts and shares that were chosen from the scene, of the first run of each estimator that has some.
+fn chosen(view: &SceneView, m: &mut Markup) {
+    let first = |e: &Entry| e.cell.runs.first().map(|r| (e.info.label.clone(), r.merges.clone()));
+    let rows: Vec<(String, BTreeMap<String, String>)> =
+        view.entries.iter().filter_map(first).filter(|(_, merges)| !merges.is_empty()).collect();
+    if rows.is_empty() {
+        return;
+    }
+    m.leaf("p", &[("class", &"note")], "What was chosen from the scene, in the first run:");
+    table(
+        m,
+        "radii, counts and shares",
+        &["estimator", "technique", "gathers in the first iteration"],
+        |m| {
+            for (label, merges) in &rows {
+                for (key, words) in merges {
+                    m.tag("tr", &[], |m| {
+                        m.leaf("th", &[("scope", &"row")], label);
+                        m.leaf("td", &[], key);
+                        m.leaf("td", &[], words);
+                    });
+                }
+            }
+        },
+    );
 }
 
 /// Dropped contributions of a run: their number, by technique.

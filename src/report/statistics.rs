@@ -36,7 +36,7 @@ pub(super) fn best(sets: &[Vec<f64>]) -> Best {
 
 /// A ratio of means, and what is known of where it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Ratio {
+pub(crate) enum Ratio {
     /// A single run on a side: no interval.
     Bare(f64),
     /// With its 95% interval, which has no upper end where the denominator may be 0.
@@ -44,7 +44,7 @@ pub(super) enum Ratio {
 }
 
 /// Mean of `a` over mean of `b`, both positive; `None` where a mean is not.
-pub(super) fn ratio(a: &[f64], b: &[f64]) -> Option<Ratio> {
+pub(crate) fn ratio(a: &[f64], b: &[f64]) -> Option<Ratio> {
     let value = mean(a)? / mean(b)?;
     if !(value.is_finite() && value > 0.0) {
         return None;

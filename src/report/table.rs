@@ -64,7 +64,24 @@ fn columns(context: &Context, view: &SceneView) -> Vec<Column> {
             best: None,
         });
     }
+    if view.entries.iter().any(|e| e.cell.bias.is_some()) {
+        out.push(Column {
+            heading: "bias²".into(),
+            about: "squared bias, from products of different runs: with the variance it adds up to the MSE"
+                .into(),
+            texts: each(&|c| c.bias.map_or_else(|| "–".into(), |b| bias_text(&b))),
+            best: None,
+        });
+    }
     out
+}
+
+/// A squared bias, and a word where it may be 0.
+fn bias_text(bias: &Estimate) -> String {
+    match bias.interval {
+        Some(i) if i.contains(0.0) => format!("{}, not distinguishable from 0", estimate(bias)),
+        _ => estimate(bias),
+    }
 }
 
 fn estimate_or_whole(e: &Estimate) -> String {
@@ -94,9 +111,10 @@ fn values(cell: &Cell, key: &str) -> Vec<f64> {
     cell.runs.iter().map(|r| r.metrics.get(key).copied().unwrap_or(f64::NAN)).collect()
 }
 
-/// MSE · seconds of each run: the reciprocal of its efficiency.
+/// MSE · seconds of each run: the reciprocal of its efficiency. The reference's noise is taken off.
 fn costs(cell: &Cell) -> Vec<f64> {
-    let cost = |r: &Run| r.metrics.get("mse").copied().unwrap_or(f64::NAN) * r.seconds;
+    let noise = cell.noise("mse");
+    let cost = |r: &Run| (r.metrics.get("mse").copied().unwrap_or(f64::NAN) - noise) * r.seconds;
     cell.runs.iter().map(cost).collect()
 }
 
@@ -204,7 +222,8 @@ fn note(view: &SceneView) -> String {
     }
     let runs = if least == most { format!("{most} runs") } else { format!("{least} to {most} runs") };
     format!(
-        "Means over {runs}, with 95% confidence intervals of the mean. The best is bold where Welch's t-test tells it from \
+        "Means over {runs}, with 95% confidence intervals. The reference's own noise is taken off where it adds up (MSE, relMSE, \
+         efficiency), and variance and bias² add up to the MSE without it. The best is bold where Welch's t-test tells it from \
          every other at 5% in all (Šidák); else the last line lists those that cannot be told apart. The interval of a ratio of efficiencies (Fieller) \
          is for that one comparison alone."
     )

@@ -75,7 +75,8 @@ fn the_page_has_every_section() {
     assert_eq!(summary.problems, Vec::<String>::new());
     let html = std::fs::read_to_string(&summary.page).unwrap();
     check(&html, &summary);
-    for part in ["contributions", "images", "strip", "metrics", "convergence", "techniques", "pyramid"] {
+    for part in ["contributions", "images", "strip", "metrics", "why", "convergence", "techniques", "pyramid"]
+    {
         for scene in ["scene0", "scene1"] {
             assert!(html.contains(&format!("id=\"scene-{scene}-{part}\"")), "no {part} of {scene}");
         }
@@ -92,6 +93,11 @@ fn the_page_has_every_section() {
         "no connection to the lens goes through it",
         "of the energy",
         "mean weight 0.25",
+        "not distinguishable from 0",
+        "data-layer=\"variance.connect\"",
+        "Mean over the runs less the reference",
+        "−20.0 % ±",
+        "radius 1.0000e-2 m",
         "Weighted contributions: bidirectional path tracing",
         "data-layer=\"weight.connect\"",
         "90.0 % of the energy",
@@ -184,6 +190,7 @@ fn figures_that_are_not_wanted_are_not_made() {
         techniques: false,
         pyramid: None,
         convergence: false,
+        costs: false,
     };
     let (html, summary) = page(dir.path(), &r);
     assert!(html.contains("-metrics\"") && summary.figures.is_empty());
@@ -319,9 +326,9 @@ fn without_a_reference_there_is_still_a_page() {
 fn a_noisy_reference_is_warned_about() {
     let dir = tempfile::tempdir().unwrap();
     let mut r = results(dir.path(), &Options { layers: false, ..Options::default() });
-    assert!(!page(dir.path(), &r).0.contains("own noise"));
+    assert!(!page(dir.path(), &r).0.contains("of its MSE is the reference&#39;s own noise"));
     r.scenes[0].reference.as_mut().unwrap().variance = Some(0.002);
-    assert!(page(dir.path(), &r).0.contains("own noise"));
+    assert!(page(dir.path(), &r).0.contains("of its MSE is the reference&#39;s own noise"));
 }
 
 #[test]

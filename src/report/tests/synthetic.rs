@@ -157,6 +157,8 @@ fn run(index: u32, estimator: usize, spp: u64, exr: String) -> Run {
     // By way of JSON, as a results file of any program of this schema would come.
     let run = serde_json::json!({
         "index": index,
+        "setup": 0.004,
+        "merges": if estimator == 2 { serde_json::json!({"surf": "radius 1.0000e-2 m"}) } else { serde_json::json!({}) },
         "seed": 0x5eed_0000 + u64::from(index),
         "spp": spp,
         "seconds": pace * spp as f64 * (1.0 + 0.01 * f64::from(index)),
@@ -183,6 +185,21 @@ fn curve(key: &str, runs: &[Run]) -> Curve {
         interval: (runs.len() > 1).then_some(Interval { low: -1.021, high: -0.953 }),
     });
     Curve { metric: key.into(), points: points.collect(), slope_spp: slope, slope_seconds: slope }
+}
+
+/// Shares of a technique, made up.
+fn share(i: usize, key: &str, several: bool) -> TechniqueShare {
+    let value = |mean: f64| Estimate {
+        mean,
+        interval: several.then_some(Interval { low: mean - 0.02, high: mean + 0.02 }),
+    };
+    TechniqueShare {
+        technique: key.into(),
+        energy: value(0.4 / (1.0 + i as f64)),
+        variance: several.then(|| value(0.3)),
+        caused: several.then(|| value(0.01 - 0.02 * i as f64)),
+        time: (i > 0).then(|| value(0.2)),
+    }
 }
 
 /// Writes the images of one estimator in one scene; what it measured.
@@ -212,6 +229,18 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
     let map = maps.layers[0].image.clone();
     METRICS.iter().for_each(|m| maps.push(m.0, map.clone()));
     write(dir.join(format!("{base}/error.exr")), &maps).unwrap();
+    let mut statistics = LayeredImage { layers: Vec::new(), ..LayeredImage::new(one.clone()) };
+    statistics.push("variance", Image::from_fn(one.width, one.height, |x, y| [error(x, y)[0] * 0.5; 3]));
+    statistics.push(
+        "bias",
+        Image::from_fn(one.width, one.height, |x, y| {
+            [0, 1, 2].map(|c| one.get(x, y)[c] - reference.get(x, y)[c])
+        }),
+    );
+    for key in techniques {
+        statistics.push(format!("variance.{key}"), map.clone());
+    }
+    write(dir.join(format!("{base}/statistics.exr")), &statistics).unwrap();
 
     let runs: Vec<Run> =
         (0..options.runs).map(|r| run(r, e, spp, format!("{base}/run-{r:02}.exr"))).collect();
@@ -225,9 +254,15 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
         paths: "all".into(),
         summary: METRICS
             .iter()
-            .map(|m| Summary { metric: m.0.into(), value: over(&|r| r.metrics[m.0]) })
+            .map(|m| Summary {
+                metric: m.0.into(),
+                value: over(&|r| r.metrics[m.0]),
+                noise: None,
+                corrected: None,
+            })
             .collect(),
         variance: several.then(|| over(&|r| 0.9 * r.metrics["mse"])),
+        bias: several.then(|| over(&|r| 0.1 * r.metrics["mse"])),
         efficiency: Some(over(&|r| 1.0 / (r.metrics["mse"] * r.seconds))),
         variance_efficiency: several.then(|| over(&|r| 1.1 / (r.metrics["mse"] * r.seconds))),
         seconds: over(&|r| r.seconds),
@@ -240,8 +275,10 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
             mean_png: format!("{base}/mean.png"),
             error_exr: Some(format!("{base}/error.exr")),
             error_png: BTreeMap::new(),
+            statistics_exr: Some(format!("{base}/statistics.exr")),
             layers,
         },
+        techniques: techniques.iter().enumerate().map(|(i, key)| share(i, key, several)).collect(),
         warnings: Vec::new(),
         runs,
     }
@@ -338,6 +375,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
             techniques: true,
             pyramid: Some([2, 5]),
             convergence: true,
+            costs: true,
         },
         warnings: Vec::new(),
     }

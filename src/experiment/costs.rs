@@ -1,0 +1,83 @@
+//! What each technique costs: how much shorter an iteration is without it.
+//!
+//! Walks, structures and weights are shared by the techniques, so that their times do not add up to the whole: a technique's
+//! share is what leaving it out, and nothing else, would save. Radii and counts stay as they are. Sets are measured in turn,
+//! several times around, so that what else the machine does falls on all of them.
+
+use super::hash::Hasher;
+use super::results::Estimate;
+use super::shares::ratio;
+use crate::error::Result;
+use crate::film::output::write_bytes;
+use crate::render::Engine;
+use crate::scene::Scene;
+use crate::transport::settings::{Layers, Settings};
+use crate::transport::technique::{Technique, TechniqueSet};
+use std::path::Path;
+use std::time::Instant;
+
+/// How often each set is measured.
+const ROUNDS: usize = 5;
+/// Seconds that one measurement takes at least, if its iterations are shorter.
+const LEAST_SECONDS: f64 = 0.02;
+
+/// The share of an iteration's time that each technique costs, read from `file` if it was measured before. Empty where one
+/// technique is alone.
+///
+/// # Errors
+/// Settings that make no sense; a file that cannot be written.
+pub fn costs(scene: &Scene, settings: &Settings, file: &Path) -> Result<Vec<(Technique, Estimate)>> {
+    let techniques: Vec<Technique> = settings.techniques.iter().collect();
+    if techniques.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let known = std::fs::read(file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let seconds: Vec<Vec<f64>> = match known {
+        Some(seconds) => seconds,
+        None => {
+            let seconds = measure(scene, settings, &techniques)?;
+            write_bytes(file, &serde_json::to_vec(&seconds).expect("numbers have a JSON form"))?;
+            seconds
+        }
+    };
+    let Some((whole, without)) = seconds.split_first() else { return Ok(Vec::new()) };
+    let share = |(technique, without): (Technique, &Vec<f64>)| {
+        let values: Vec<[f64; 2]> = whole.iter().zip(without).map(|(all, less)| [all - less, *all]).collect();
+        Some((technique, ratio(&values)?))
+    };
+    Ok(techniques.into_iter().zip(without).filter_map(share).collect())
+}
+
+/// Names what is measured: what decides the samples, and the machine.
+pub fn file_name(unit: &str, clock: &str) -> String {
+    let mut hasher = Hasher::default();
+    hasher.field(unit.as_bytes()).field(clock.as_bytes());
+    format!("{}.json", &hasher.hex()[..16])
+}
+
+/// Seconds an iteration, round by round: of the whole set, then without each technique.
+fn measure(scene: &Scene, settings: &Settings, techniques: &[Technique]) -> Result<Vec<Vec<f64>>> {
+    let pinned = Settings { layers: Layers::None, ..settings.pinned(scene) };
+    let without = |left_out: &Technique| {
+        let others: Vec<Technique> = techniques.iter().copied().filter(|t| t != left_out).collect();
+        Settings { techniques: TechniqueSet::of(&others), ..pinned }
+    };
+    let sets = std::iter::once(pinned).chain(techniques.iter().map(without));
+    let mut engines = sets.map(|s| Engine::new(scene, s)).collect::<Result<Vec<_>>>()?;
+    let mut outcomes: Vec<_> = engines.iter().map(Engine::nothing_yet).collect();
+    let mut seconds = vec![Vec::new(); engines.len()];
+    for round in 0..=ROUNDS {
+        for ((engine, outcome), seconds) in engines.iter_mut().zip(&mut outcomes).zip(&mut seconds) {
+            let (start, mut count) = (Instant::now(), 0u32);
+            while count == 0 || start.elapsed().as_secs_f64() < LEAST_SECONDS {
+                engine.iteration(outcome.film.iterations(), outcome);
+                count += 1;
+            }
+            // The first round warms up.
+            if round > 0 {
+                seconds.push(start.elapsed().as_secs_f64() / f64::from(count));
+            }
+        }
+    }
+    Ok(seconds)
+}
