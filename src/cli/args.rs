@@ -24,6 +24,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Render a scene with one estimator.
     Render(RenderArgs),
+    /// Replay the samples of a pixel: the largest, and of one path every technique, density and weight.
+    Explain(ExplainArgs),
     /// Measure an image against a reference.
     Compare(CompareArgs),
     /// Tell what is in a scene: shapes, triangles, materials, lights, extent, warnings.
@@ -173,6 +175,26 @@ pub struct RenderArgs {
     /// Exposure of the PNG in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
+}
+
+/// `tyndall explain`.
+#[derive(Args, Debug)]
+pub struct ExplainArgs {
+    /// The render whose samples are replayed; its iterations are --spp, 16 unless that is given.
+    #[command(flatten)]
+    pub render: RenderArgs,
+    /// The pixel: column and row from 0 at the top left.
+    #[arg(long, value_name = "X,Y", value_parser = super::parse::pixel)]
+    pub pixel: [u32; 2],
+    /// Replay this iteration only, from 0, as the layer of outliers names it.
+    #[arg(long, value_name = "N")]
+    pub sample: Option<u64>,
+    /// Which of the samples is told about, from 1 for the largest.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = super::parse::ordinal)]
+    pub path: usize,
+    /// How many samples are listed.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub most: usize,
 }
 
 /// `--heuristic`.

@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod compare;
+pub mod explain;
 pub mod info;
 pub mod merge;
 pub mod parse;
@@ -40,6 +41,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Status(args) => status::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Render(args) => render::run(args),
+        Command::Explain(args) => explain::run(args),
         Command::Compare(args) => compare(args),
         Command::Info(args) => info::run(args),
         Command::Report(args) => report(args),

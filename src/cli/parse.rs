@@ -44,6 +44,18 @@ pub fn duration(text: &str) -> Result<f64, String> {
     Err("expected a time above 0 with the unit ms, s, m or h, as in 30s".into())
 }
 
+/// `--pixel`: `X,Y`.
+pub fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let number = |part: &str| part.trim().parse().ok();
+    let parts = text.split_once(',').and_then(|(x, y)| Some([number(x)?, number(y)?]));
+    parts.ok_or_else(|| "expected column and row, as in 120,45".into())
+}
+
+/// A number in a list that starts at 1.
+pub fn ordinal(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number from 1 up".into())
+}
+
 /// `--shard`: `I/N` with I from 1 to N; the number of the shard from 0, and N.
 pub fn shard(text: &str) -> Result<(u64, u64), String> {
     let parts =

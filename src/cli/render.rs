@@ -61,14 +61,22 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     Ok(if outcome.partial { Ending::Stopped } else { Ending::Done })
 }
 
-fn techniques(args: &RenderArgs) -> Result<TechniqueSet> {
+/// The techniques that are asked for.
+///
+/// # Errors
+/// Unknown names.
+pub fn techniques(args: &RenderArgs) -> Result<TechniqueSet> {
     if args.techniques.is_empty() {
         return Ok(TechniqueSet::of(preset(&args.estimator)?.techniques));
     }
     TechniqueSet::parse(args.techniques.iter().map(String::as_str))
 }
 
-fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Result<Settings> {
+/// The settings of a render of a scene, with radii and counts chosen.
+///
+/// # Errors
+/// What makes no sense.
+pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Result<Settings> {
     let mut settings = Settings::new(techniques);
     let defaults = scene.notes.defaults;
     settings.min_length = args.min_length.or(defaults.min_length).unwrap_or(settings.min_length);

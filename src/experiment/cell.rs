@@ -17,7 +17,7 @@ use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Film, Image, ScalarImage};
-use crate::render::files::{Resolved, VARIANCE, dropped, layered, prepare_folder};
+use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
@@ -238,9 +238,14 @@ impl<'a> SceneContext<'a> {
         let exr = format!("{folder}/run-{index:02}.exr");
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
-        exr::write(self.out.join(&exr), &layered(self.scene, &bare, &resolved, &outcome))?;
+        let mut file = layered(self.scene, &bare, &resolved, &outcome);
+        file.push(OUTLIERS, outcome.film.outliers());
+        exr::write(self.out.join(&exr), &file)?;
         gathered.shares.add(&outcome.film);
-        gathered.mean.add(layered(self.scene, settings, &resolved, &outcome), &outcome.film);
+        let mut file = layered(self.scene, settings, &resolved, &outcome);
+        // There is no mean of them.
+        file.layers.retain(|l| l.name != OUTLIERS);
+        gathered.mean.add(file, &outcome.film);
         let metrics = self.metrics(&image, &mut gathered.maps)?;
         let relmse = self.truth.map(|truth| relmse(&image, truth)).transpose()?;
         gathered.runs.push(Run {

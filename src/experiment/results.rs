@@ -16,7 +16,7 @@
 //!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
 //!     <scene>/reference.png
 //!     <scene>/<estimator>/settings.toml  the resolved settings of each run
-//!     <scene>/<estimator>/run-00.exr …   default layer, and `variance` from 2 samples per pixel on
+//!     <scene>/<estimator>/run-00.exr …   default layer, `variance` from 2 samples per pixel on, `outliers`
 //!     <scene>/<estimator>/run-00.png     the first run: what the budget buys
 //!     <scene>/<estimator>/mean.exr       the mean over the runs, with the technique layers that were asked for
 //!     <scene>/<estimator>/mean.png

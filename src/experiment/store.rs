@@ -29,7 +29,7 @@ pub const FOLDER: &str = "cells";
 /// The folder therein with what techniques cost.
 pub const COSTS: &str = "costs";
 /// First line of a state.
-const MAGIC: &[u8] = b"tyndall film 1\n";
+const MAGIC: &[u8] = b"tyndall film 2\n";
 /// Ends the name of a state.
 const EXTENSION: &str = "film";
 

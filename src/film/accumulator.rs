@@ -3,7 +3,7 @@
 use super::layout::{ImageKind, Layout};
 use crate::camera::Camera;
 use crate::film::Image;
-use crate::math::Rgb;
+use crate::math::{Rgb, RgbExt};
 use crate::transport::settings::Settings;
 use crate::transport::technique::Technique;
 use rayon::prelude::*;
@@ -85,8 +85,19 @@ pub struct Film {
     frame: Vec<[f64; 3]>,
     /// Sum over iterations of the square of the combined image.
     pub(super) squares: Vec<[f64; 3]>,
+    /// The largest luminance of the combined image in one iteration, and that iteration, counted in this film.
+    pub(super) outliers: Vec<Outlier>,
     pub(super) iterations: u64,
     pub(super) dropped: Dropped,
+}
+
+/// What one iteration added most to a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outlier {
+    /// Luminance of all that the iteration added.
+    pub luminance: f32,
+    /// The iteration, from 0.
+    pub iteration: u32,
 }
 
 impl Film {
@@ -103,6 +114,7 @@ impl Film {
             sums: vec![[0.0; 3]; pixels * layout.images().len()],
             frame: vec![[0.0; 3]; pixels],
             squares: vec![[0.0; 3]; pixels],
+            outliers: vec![Outlier::default(); pixels],
             iterations: 0,
             dropped: Dropped::default(),
             layout,
@@ -165,16 +177,20 @@ impl Film {
 
     /// Closes an iteration: squares the combined image into the variance sums and clears it.
     pub fn end_iteration(&mut self) {
-        self.frame.par_chunks_mut(4096).zip(self.squares.par_chunks_mut(4096)).for_each(
-            |(frame, squares)| {
-                for (f, s) in frame.iter_mut().zip(squares) {
-                    for c in 0..3 {
-                        s[c] += f[c] * f[c];
-                    }
-                    *f = [0.0; 3];
+        let iteration = self.iterations as u32;
+        let chunks = self.frame.par_chunks_mut(4096).zip(self.squares.par_chunks_mut(4096));
+        chunks.zip(self.outliers.par_chunks_mut(4096)).for_each(|((frame, squares), outliers)| {
+            for ((f, s), outlier) in frame.iter_mut().zip(squares).zip(outliers) {
+                for c in 0..3 {
+                    s[c] += f[c] * f[c];
                 }
-            },
-        );
+                let luminance = Rgb::from_array(f.map(|v| v as f32)).luminance();
+                if luminance > outlier.luminance {
+                    *outlier = Outlier { luminance, iteration };
+                }
+                *f = [0.0; 3];
+            }
+        });
         self.iterations += 1;
     }
 
@@ -237,6 +253,18 @@ impl Film {
         };
         let chosen = kinds.iter().enumerate().filter(|(_, kind)| wanted(kind));
         chosen.map(|(l, kind)| (*kind, image(l, kind))).collect()
+    }
+
+    /// For each pixel what one iteration added most: its luminance, the number of that iteration, and its share of all that
+    /// the pixel got, as R, G and B.
+    pub fn outliers(&self) -> Image {
+        let image = self.image();
+        let pixels = self.outliers.iter().zip(&image.pixels).map(|(outlier, mean)| {
+            let whole = Rgb::from_array(*mean).luminance() * self.iterations as f32;
+            let share = if whole > 0.0 { outlier.luminance / whole } else { 0.0 };
+            [outlier.luminance, outlier.iteration as f32, share]
+        });
+        Image { width: self.width, height: self.height, pixels: pixels.collect() }
     }
 
     /// What the mean weights are made of, to put several films together: for each technique, where layers are kept, the sum

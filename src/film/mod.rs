@@ -9,7 +9,7 @@ pub mod output;
 pub mod png;
 mod state;
 
-pub use accumulator::{BAND_ROWS, Band, Dropped, Film, Sample, Splat};
+pub use accumulator::{BAND_ROWS, Band, Dropped, Film, Outlier, Sample, Splat};
 pub use image::{Image, ScalarImage};
 pub use layout::{ImageKind, Layout};
 pub use state::Planes;

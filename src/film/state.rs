@@ -3,12 +3,15 @@
 //! Sums are put together plane by plane, in f64 and in the order in which they are given, so that stretches of the same
 //! lengths make the same film to the bit, whether they were rendered in one go, after a crash or on several machines.
 
-use super::accumulator::{Dropped, Film};
+use super::accumulator::{Dropped, Film, Outlier};
 use super::image::Image;
 use std::io::{self, Write};
 
 /// Bytes of a pixel of a plane.
 const PIXEL: usize = 24;
+
+/// Bytes of a pixel's outlier.
+const OUTLIER: usize = 8;
 
 /// Which planes of a film hold anything: the layout's images in order, then the squares. Those that are zero everywhere
 /// are not written.
@@ -20,6 +23,7 @@ impl Film {
     pub fn clear(&mut self) {
         self.sums.fill([0.0; 3]);
         self.squares.fill([0.0; 3]);
+        self.outliers.fill(Outlier::default());
         self.iterations = 0;
         self.dropped = Dropped::default();
     }
@@ -42,6 +46,11 @@ impl Film {
         };
         add(&mut self.sums, &later.sums);
         add(&mut self.squares, &later.squares);
+        for (own, other) in self.outliers.iter_mut().zip(&later.outliers) {
+            if other.luminance > own.luminance {
+                *own = Outlier { iteration: other.iteration + self.iterations as u32, ..*other };
+            }
+        }
         self.iterations += later.iterations;
         for (total, new) in self.dropped.0.iter_mut().zip(later.dropped.0) {
             *total += new;
@@ -75,7 +84,7 @@ impl Film {
         Planes(kept)
     }
 
-    /// Writes the planes that are kept, one after the other, in little-endian f64.
+    /// Writes the planes that are kept, one after the other, in little-endian f64, then the outliers.
     ///
     /// # Errors
     /// Those of `out`.
@@ -91,12 +100,20 @@ impl Film {
         for plane in (0..count).filter(|p| images[*p]) {
             write(&mut self.sums.iter().skip(plane).step_by(count))?;
         }
-        if *squares { write(&mut self.squares.iter()) } else { Ok(()) }
+        if *squares {
+            write(&mut self.squares.iter())?;
+        }
+        bytes.clear();
+        for outlier in &self.outliers {
+            bytes.extend_from_slice(&outlier.luminance.to_le_bytes());
+            bytes.extend_from_slice(&outlier.iteration.to_le_bytes());
+        }
+        out.write_all(&bytes)
     }
 
     /// Bytes that [`Self::write_planes`] writes.
     pub fn bytes_of(&self, planes: &Planes) -> usize {
-        planes.0.iter().filter(|kept| **kept).count() * self.squares.len() * PIXEL
+        (planes.0.iter().filter(|kept| **kept).count() * PIXEL + OUTLIER) * self.squares.len()
     }
 
     /// Takes the sums of `iterations` iterations from what [`Self::write_planes`] wrote. `None`, and an empty film, where that
@@ -106,6 +123,11 @@ impl Film {
         let count = self.layout().images().len();
         if planes.0.len() != count + 1 || bytes.len() != self.bytes_of(planes) {
             return None;
+        }
+        let (bytes, outliers) = bytes.split_at(bytes.len() - self.outliers.len() * OUTLIER);
+        for (outlier, bytes) in self.outliers.iter_mut().zip(outliers.chunks_exact(OUTLIER)) {
+            let half = |b: &[u8]| u32::from_le_bytes(b.try_into().expect("four bytes"));
+            *outlier = Outlier { luminance: f32::from_bits(half(&bytes[..4])), iteration: half(&bytes[4..]) };
         }
         let size = self.squares.len() * PIXEL;
         for (plane, bytes) in (0..=count).filter(|p| planes.0[*p]).zip(bytes.chunks_exact(size.max(1))) {
@@ -187,6 +209,8 @@ mod tests {
         let mut back = film();
         back.read_planes(5, &planes, &bytes).unwrap();
         assert_eq!((back.layers(), back.variance()), (all.layers(), all.variance()));
+        assert_eq!((back.outliers(), all.outliers()), (whole.outliers(), whole.outliers()));
+        assert!(whole.outliers().pixels.iter().any(|p| p[1] == 4.0), "some are of the last iteration");
         assert!(back.read_planes(5, &planes, &bytes[1..]).is_none() && back.iterations() == 0);
     }
 }

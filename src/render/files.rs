@@ -16,6 +16,10 @@ use std::path::Path;
 /// Name of the layer with the variance of the default layer's pixels.
 pub const VARIANCE: &str = "variance";
 
+/// Name of the layer with what one iteration added most to each pixel: its luminance (R), its number (G), and its share of
+/// all that the pixel got (B). `tyndall explain --sample` replays it.
+pub const OUTLIERS: &str = "outliers";
+
 /// The program's name and version.
 pub const PROGRAM: &str = concat!("tyndall ", env!("CARGO_PKG_VERSION"));
 
@@ -162,6 +166,7 @@ pub fn layered(scene: &Scene, settings: &Settings, resolved: &Resolved, outcome:
         for (kind, image) in film.layers() {
             file.push(kind.name(), image);
         }
+        file.push(OUTLIERS, film.outliers());
     }
     file.metadata = metadata(resolved, settings, outcome);
     file

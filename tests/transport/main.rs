@@ -25,7 +25,6 @@ mod merge_classes;
 mod merge_furnace;
 mod merges;
 mod merging;
-mod oracle;
 mod our_scenes;
 mod radiative;
 mod rare;
@@ -33,3 +32,5 @@ mod scenes;
 mod specular;
 mod visibility;
 mod weights;
+
+use tyndall::oracle;

@@ -1,27 +1,34 @@
 //! The oracle (transport.md, 5): every technique that could have made a whole path, with its density, from the
 //! definitions and by loops over the path, in f64.
 //!
-//! It shares the evaluations of BSDFs, phase functions, media, lights and the camera with the renderer, and none of the
+//! It judges the renderer in the tests, and explains single paths to people ([`crate::explain`]); no render runs it. It shares the evaluations of BSDFs, phase functions, media, lights and the camera with the renderer, and none of the
 //! weight code. Which media an edge crosses it finds out from points on the edge, where the renderer counts crossings.
 
+// Formulas keep the indices that they have on paper.
+#![allow(clippy::needless_range_loop)]
+
+pub mod collect;
+
+use crate::bsdf::{Mode, Site};
+use crate::geometry::{Ray, SurfacePoint, offset_origin};
+use crate::light::LightPoint;
+use crate::math::Frame;
+use crate::scene::{Collision, Scene};
+use crate::transport::Technique;
+use crate::transport::merge::{Beams, MERGES};
+use crate::transport::pass::Pass;
+use crate::transport::walk::Place;
 use glam::{DVec3, Vec2, Vec3A};
 use std::f64::consts::PI;
-use tyndall::bsdf::{Mode, Site};
-use tyndall::geometry::{Ray, SurfacePoint, offset_origin};
-use tyndall::light::LightPoint;
-use tyndall::math::Frame;
-use tyndall::scene::{Collision, Scene};
-use tyndall::transport::Technique;
-use tyndall::transport::merge::{Beams, MERGES};
-use tyndall::transport::pass::Pass;
-use tyndall::transport::walk::Place;
 
 /// A whole path: x_0 on a light, `interior` between, the last vertex on the lens.
 #[derive(Clone, Debug)]
 pub struct FullPath {
+    /// x_0.
     pub light: LightPoint,
     /// x_1 … x_{k-1}.
     pub interior: Vec<Place>,
+    /// x_k.
     pub lens: Vec3A,
     /// Where the subpaths were merged: i, and x_i on the light subpath. `interior` has the one on the camera subpath.
     pub merged: Option<(usize, Place)>,
@@ -45,9 +52,11 @@ pub struct Verdict {
     pub densities: Vec<f64>,
     /// The same of each merge that is on and possible, with its vertex.
     pub merges: Vec<(Technique, usize, f64)>,
-    /// p_i, r_i and c_i, i = 0 … k.
+    /// p_i, i = 0 … k.
     pub p: Vec<f64>,
+    /// r_i.
     pub r: Vec<f64>,
+    /// c_i.
     pub c: Vec<f64>,
 }
 
