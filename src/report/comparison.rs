@@ -13,8 +13,8 @@ use crate::film::false_color::Scale;
 use crate::film::{Image, ScalarImage};
 use crate::render::files::all_paths;
 
-/// Images are shown whole up to this many pixels a side.
-const IMAGE_SIDE: usize = 1920;
+/// Images are shown whole up to this many pixels a side; larger ones are whole in the viewer.
+const IMAGE_SIDE: usize = 1000;
 /// Error maps of the main metric.
 const MAP_SIDE: usize = 960;
 /// Images of the plain strip.

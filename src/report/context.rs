@@ -3,6 +3,7 @@
 use super::markup::{Markup, unique_slugs};
 use super::numbers::{significant, with_half_width};
 use super::palette::series_color;
+use super::viewer::Viewer;
 use crate::experiment::results::{Cell, Estimate, EstimatorInfo, Results, SceneResult};
 use crate::film::exr::{LayeredImage, read_layers};
 use crate::film::png::DisplayImage;
@@ -23,6 +24,8 @@ pub(super) struct Context<'a> {
     pub pictures: Vec<(String, DisplayImage)>,
     /// What could not be shown.
     pub problems: Vec<String>,
+    /// The images that the page's viewer has.
+    pub viewer: Viewer,
 }
 
 /// A scene with the estimators that have results in it.
@@ -63,6 +66,7 @@ impl<'a> Context<'a> {
             figures: Vec::new(),
             pictures: Vec::new(),
             problems: Vec::new(),
+            viewer: Viewer::default(),
         }
     }
 

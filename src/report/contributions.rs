@@ -28,6 +28,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
     };
     let Some(layers) = context.load(&entry.cell.files.mean_exr, view.scene) else { return };
     let Some(combined) = layers.layer("") else { return };
+    super::page::offer(context, view, entry, &layers, true, None);
     let stops = view.scene.exposure;
     let rows = rows(&layers, combined, stops, SIDE);
     if rows.is_empty() {

@@ -1,6 +1,6 @@
 //! The report of an experiment: one self-contained HTML page and figures, from the results on disk.
 //!
-//! The page needs no network and no script: images and plots are within it. It is made of one section a scene, with
+//! The page needs no network: images and plots are within it, and can be read without a script; one opens images in a viewer. It is made of one section a scene, with
 //! ids `scene-<name>-contributions`, `-images`, `-metrics`, `-why`, `-convergence`, `-techniques` and `-pyramid`; every image carries
 //! the EXR that it comes from in `data-exr` and the layer in `data-layer`, relative to the folder of results.
 //!
@@ -12,6 +12,7 @@
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
 //! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
+//! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
 //! | `markup`, `numbers`, `picture`, `montage`, `raster` | HTML, SVG and PNG, numbers, images as `data:` addresses |
 
@@ -39,6 +40,7 @@ mod table;
 mod techniques;
 #[cfg(test)]
 mod tests;
+mod viewer;
 mod why;
 
 use crate::error::{Error, Result};

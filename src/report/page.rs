@@ -1,18 +1,22 @@
 //! The page as a whole: head, summary, a section a scene, and what is needed to repeat the experiment.
 
 use super::comparison::{self, Images, swatch};
-use super::context::{Context, SceneView, estimate, paragraphs, warnings};
+use super::context::{Context, Entry, SceneView, estimate, paragraphs, warnings};
+use super::layers::{self, Group, Kind};
 use super::markup::Markup;
 use super::numbers::{bytes, count, plural, significant};
 use super::palette::css_variables;
+use super::viewer::Role;
 use super::{contributions, convergence, pyramid, reproduce, table, techniques, why};
 use crate::experiment::results::Cell;
+use crate::film::exr::LayeredImage;
 use crate::render::files::all_paths;
 
 /// The style sheet; colours of the estimators are added to it.
 const STYLE: &str = include_str!("style.css");
-/// Nothing but what is within the page may be shown: it asks the browser to refuse all else.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+/// Nothing but what is within the page may be shown or run: it asks the browser to refuse all else.
+const POLICY: &str =
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// The whole page.
 pub(super) fn page(context: &mut Context) -> String {
@@ -25,6 +29,10 @@ pub(super) fn page(context: &mut Context) -> String {
     }
     reproduce::section(context, &mut body);
     let body = body.into_string();
+    let mut viewer = Markup::default();
+    let views: Vec<SceneView> = (0..results.scenes.len()).map(|n| context.scene(n)).collect();
+    std::mem::take(&mut context.viewer).write(&views, &mut viewer);
+    let viewer = viewer.into_string();
 
     let mut m = Markup::default();
     m.raw("<!doctype html>\n");
@@ -55,9 +63,11 @@ pub(super) fn page(context: &mut Context) -> String {
                     "Made by {}. This page holds everything that it shows ({} of text and images) and \
                     loads nothing.",
                     results.program,
-                    bytes(body.len())
+                    bytes(body.len() + viewer.len())
                 ));
             });
+            m.newline();
+            m.raw(&viewer);
         });
     });
     m.into_string()
@@ -176,6 +186,15 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
         }
         contributions::section(context, view, m);
         let images = Images::load(context, view);
+        if let Some((reference, image)) = view.scene.reference.as_ref().zip(images.reference.as_ref()) {
+            context.viewer.add(view, Role::Reference, "reference", (&reference.exr, ""), image);
+        }
+        for (entry, image) in view.entries.iter().zip(&images.estimates) {
+            if let Some(image) = image {
+                let file = (entry.cell.files.exr.as_str(), "");
+                context.viewer.add(view, Role::Estimate, &entry.info.label, file, image);
+            }
+        }
         if figures.comparison {
             comparison::section(context, view, &images, m);
         }
@@ -210,6 +229,7 @@ fn layered(context: &mut Context, view: &SceneView, m: &mut Markup) {
     let (mut strips, mut pyramids) = (Markup::default(), Markup::default());
     for entry in view.entries.iter().filter(|e| !e.cell.files.layers.is_empty()) {
         let Some(image) = context.load(&entry.cell.files.mean_exr, view.scene) else { continue };
+        offer(context, view, entry, &image, figures.techniques, figures.pyramid);
         if figures.techniques {
             techniques::strip(context, view, entry, &image, &mut strips);
         }
@@ -236,6 +256,35 @@ fn layered(context: &mut Context, view: &SceneView, m: &mut Markup) {
             m.leaf("p", &[("class", &"note")], text);
             m.raw(&pyramids);
         });
+    }
+}
+
+/// Gives the viewer the layers of an estimator that the page shows.
+pub(super) fn offer(
+    context: &mut Context,
+    view: &SceneView,
+    entry: &Entry,
+    image: &LayeredImage,
+    techniques: bool,
+    pyramid: Option<[u32; 2]>,
+) {
+    let (exr, label) = (&entry.cell.files.mean_exr, &entry.info.label);
+    if let Some(mean) = image.layer("") {
+        context.viewer.add(view, Role::Layer, &format!("{label}: mean of the runs"), (exr, ""), mean);
+    }
+    for layer in &image.layers {
+        let shown = match layers::parse(&layer.name) {
+            Some((Group::Family(_), kind)) => techniques && kind != Kind::Weight,
+            Some((Group::Pair(s, t), Kind::Weighted)) => {
+                pyramid.is_some_and(|[min, max]| (min..=max).contains(&(s + t).saturating_sub(1)))
+            }
+            _ => false,
+        };
+        // What a technique set cannot make is black.
+        if shown && layer.image.pixels.iter().any(|p| *p != [0.0; 3]) {
+            let name = format!("{label}: {}", layer.name);
+            context.viewer.add(view, Role::Layer, &name, (exr, &layer.name), &layer.image);
+        }
     }
 }
 

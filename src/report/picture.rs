@@ -76,7 +76,7 @@ pub(super) fn factor(width: usize, height: usize, most: usize) -> usize {
 }
 
 /// Means over squares of `factor` pixels, in linear light; at the right and lower edge over what is there.
-fn shrunk(image: &Image, factor: usize) -> Image {
+pub(super) fn shrunk(image: &Image, factor: usize) -> Image {
     Image::from_fn(image.width.div_ceil(factor), image.height.div_ceil(factor), |x, y| {
         let mut sum = [0.0f64; 3];
         let mut n = 0.0;
