@@ -1,7 +1,7 @@
 //! Rung 3 on the scenes of `scenes/`: pt = bpt, on the mean of the image and of each tile.
 //!
 //! A short run is part of the suite. `TYNDALL_STUDY=1` asks for the long one (scripts/README.md), in which every scene
-//! gets as many iterations as a pilot says are needed to see a bias of 0.5% of the image mean, up to [`MOST`].
+//! gets as many iterations as are needed to see a bias of 0.5% of the image mean, up to [`MOST`].
 
 use crate::measure::{Means, runs};
 use glam::UVec2;
@@ -97,39 +97,58 @@ const CASES: [Case; 17] = [
     Case::new("still-life", ["pt", "bpt"]),
 ];
 
+/// The bias of the image mean that the long study shall see.
+const SMALLEST: f64 = 0.005;
+
 /// Iterations of the long study, at most. A scene that would need more is told by what it can see with as many.
 const MOST: u64 = 3000;
 
 const RUNS: u64 = 24;
 
+/// Iterations of the short run.
+const PILOT: u64 = 16;
+
 #[test]
 fn our_scenes_agree() {
     let study = std::env::var_os("TYNDALL_STUDY").is_some();
-    for case in &CASES {
-        let scene = case.load();
-        let means = |which: usize, seed, iterations| {
-            let set = TechniqueSet::parse(case.sets[which].split(',')).expect("known names");
-            let settings = Settings { max_length: 16, seed, ..Settings::new(set) };
-            Means::of(&runs(&scene, &settings, RUNS, iterations))
-        };
-        let pilot = 16;
-        let (a, b) = (means(0, 1, pilot), means(1, 2, pilot));
-        let what = case.name();
-        a.assert_same(&b, &what, f64::INFINITY);
+    // All of them, whatever one says: the long study takes hours.
+    let failed = CASES.iter().filter(|case| std::panic::catch_unwind(|| case.agrees(study)).is_err()).count();
+    assert_eq!(failed, 0, "scenes that failed");
+}
+
+impl Case {
+    fn means(&self, scene: &Scene, which: usize, seed: u64, iterations: u64) -> Means {
+        let set = TechniqueSet::parse(self.sets[which].split(',')).expect("known names");
+        let settings = Settings { max_length: 16, seed, ..Settings::new(set) };
+        Means::of(&runs(scene, &settings, RUNS, iterations))
+    }
+
+    fn agrees(&self, study: bool) {
+        let (scene, what) = (self.load(), self.name());
+        let (a, b) = (self.means(&scene, 0, 1, PILOT), self.means(&scene, 1, 2, PILOT));
         let seen = a.detectable(&b);
+        println!("{what}: {:+.4}, detectable {seen:.4}, {PILOT} iterations", a.difference(&b));
+        a.assert_same(&b, &what, f64::INFINITY);
         if study {
-            // A third more than the pilot's variance asks for.
-            let needed = (pilot as f64 * (seen / 0.005).powi(2) * 1.33).ceil() as u64;
-            let iterations = needed.min(MOST);
-            let (a, b) = (means(0, 3, iterations), means(1, 4, iterations));
-            a.assert_same(&b, &what, if needed > MOST { f64::INFINITY } else { 0.005 });
-            println!(
-                "{what}: {:+.5}, detectable {:.5}, {iterations} iterations of {needed} for 0.005",
-                a.difference(&b),
-                a.detectable(&b)
-            );
-        } else {
-            println!("{what}: {:+.4}, detectable {seen:.4}", a.difference(&b));
+            self.agrees_sharply(&scene, &what, seen);
         }
+    }
+
+    /// `seen`: what [`PILOT`] iterations can see.
+    fn agrees_sharply(&self, scene: &Scene, what: &str, mut seen: f64) {
+        let mut iterations = PILOT;
+        let (a, b) = loop {
+            // A third more than the last variance asks for, until it is enough: a pilot of few iterations misses the rare
+            // paths that rule the variance.
+            let needed = (iterations as f64 * (seen / SMALLEST).powi(2) * 1.33).ceil() as u64;
+            iterations = needed.clamp(iterations + 1, MOST);
+            let (a, b) = (self.means(scene, 0, 3, iterations), self.means(scene, 1, 4, iterations));
+            seen = a.detectable(&b);
+            if seen <= SMALLEST || iterations == MOST {
+                break (a, b);
+            }
+        };
+        println!("{what}: {:+.5}, detectable {seen:.5}, {iterations} iterations", a.difference(&b));
+        a.assert_same(&b, what, if iterations == MOST { f64::INFINITY } else { SMALLEST });
     }
 }
