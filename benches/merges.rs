@@ -14,7 +14,7 @@ use tyndall::math::{Stream, StreamKind, warp};
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::expression::Label;
-use tyndall::transport::merge::boxes::{Crossed, widened};
+use tyndall::transport::merge::boxes::{Boxes, widened};
 use tyndall::transport::merge::grid::{Entry, Points};
 use tyndall::transport::merge::join::{nearest, sample, scatter_in};
 use tyndall::transport::merge::{Arm, GatherNow, Gathers, Photons, Stored};
@@ -86,8 +86,8 @@ fn boxes(c: &mut Criterion) {
     let balls: Vec<_> = centres.iter().map(|e| widened(e.p.into(), e.p.into(), radius)).collect();
     let mut group = c.benchmark_group("boxes");
     group.sample_size(10).throughput(Throughput::Elements(POINTS.into()));
-    group.bench_function("build, discs", |b| b.iter(|| black_box(Crossed::build(&balls, &centres))));
-    let tree = Crossed::build(&balls, &centres);
+    group.bench_function("build, discs", |b| b.iter(|| black_box(Boxes::build(&balls, &centres))));
+    let tree = Boxes::build(&balls, &centres);
     group.throughput(Throughput::Elements(QUERIES as u64));
     group.bench_function("query, discs", |b| {
         b.iter(|| {
@@ -108,10 +108,9 @@ fn boxes(c: &mut Criterion) {
         .collect();
     let pieces: Vec<_> = segments.iter().map(|[a, b]| widened((*a).into(), (*b).into(), radius)).collect();
     group.throughput(Throughput::Elements(segments.len() as u64));
-    group.bench_function("build, pieces of beams", |b| {
-        b.iter(|| black_box(Crossed::build(&pieces, &segments)))
-    });
-    let tree = Crossed::build(&pieces, &segments);
+    group
+        .bench_function("build, pieces of beams", |b| b.iter(|| black_box(Boxes::build(&pieces, &segments))));
+    let tree = Boxes::build(&pieces, &segments);
     group.throughput(Throughput::Elements(QUERIES as u64));
     group.bench_function("query, pieces of beams", |b| {
         b.iter(|| {

@@ -3,6 +3,7 @@
 pub mod color;
 pub mod distribution;
 pub mod frame;
+mod prefetch;
 pub mod rng;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -12,4 +13,5 @@ pub mod warp;
 pub use color::{Rgb, RgbExt};
 pub use distribution::{Discrete, Piecewise2d};
 pub use frame::Frame;
+pub(crate) use prefetch::prefetch;
 pub use rng::{Stream, StreamKind, Streams};

@@ -1,28 +1,93 @@
-//! Boxes in trees, each with what is in it: what a segment ([`Crossed`]) or a point ([`Boxes`]) may meet.
+//! Boxes in a tree, each with what is in it: what a segment or a point may meet.
+//!
+//! The tree has four boxes a node and is as balanced as can be: each cut puts half of the boxes, by their centres along
+//! the longest side, on either side. Discs and pieces of beams are small and spread as evenly as the light is, so that a
+//! cut by expected cost gains a query little, while this one is built several times faster, and four boxes in full f32 are
+//! tested in a fraction of the instructions that a compressed node takes.
 
-use glam::Vec3A;
-use obvhs::BvhBuildParams;
+use crate::math::prefetch;
+use glam::{Vec3A, Vec4};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 
-/// Boxes in a binary tree, each with an item; items lie in the tree's order.
+/// Boxes in a four-way tree, each with an item; items lie in the tree's order.
 pub struct Boxes<T> {
-    tree: Bvh2,
+    nodes: Vec<Node>,
     items: Vec<T>,
+    bounds: Aabb,
 }
+
+/// Four boxes: of nodes, or of items in a leaf. The box of an empty place is inside out, and nothing meets it. Two lines
+/// of a cache.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Node {
+    /// For each axis, the lower and the upper bounds.
+    bounds: [[Vec4; 2]; 3],
+    /// The first of the nodes, or of the items, that the boxes are of.
+    first: u32,
+    /// Which of the boxes are of leaves, a bit each.
+    leaves: u32,
+}
+
+const _: () = assert!(size_of::<Node>() == 128);
+
+/// Boxes a node.
+const LANES: usize = 4;
+/// Entries of a traversal's stack: three for each of the levels that 2³² items can have, and one.
+const STACK: usize = 3 * 16 + 1;
+/// Leaves that wait to be looked into, at most.
+const WAITING: usize = 24;
+/// Boxes from which on halves are put in order on two threads.
+const PARALLEL: usize = 1 << 13;
 
 impl<T: Copy> Boxes<T> {
     /// Over boxes and what is in each.
     pub fn build(boxes: &[Aabb], items: &[T]) -> Self {
-        if boxes.is_empty() {
-            return Self { tree: Bvh2::default(), items: Vec::new() };
+        let mut order: Vec<Centre> = boxes
+            .iter()
+            .enumerate()
+            .map(|(i, b)| Centre { twice: (b.min + b.max).to_array(), index: i as u32 })
+            .collect();
+        arrange(&mut order);
+        let mut tree = Self {
+            nodes: Vec::with_capacity(boxes.len() / 2 + 1),
+            items: order.iter().map(|c| items[c.index as usize]).collect(),
+            bounds: Aabb::empty(),
+        };
+        if !boxes.is_empty() {
+            tree.nodes.push(Node::EMPTY);
+            tree.bounds = tree.fill(0, 0, order.len(), &order, boxes);
         }
-        let tree = build_bvh2(boxes, BvhBuildParams::very_fast_build(), &mut Default::default());
-        let items = tree.primitive_indices.iter().map(|i| items[*i as usize]).collect();
-        Self { tree, items }
+        tree
+    }
+
+    /// Makes the node `slot` for the items from `from` up to `to`; their box.
+    fn fill(&mut self, slot: usize, from: usize, to: usize, order: &[Centre], boxes: &[Aabb]) -> Aabb {
+        let mut node = Node::EMPTY;
+        let mut all = Aabb::empty();
+        if is_leaf(to - from) {
+            node.first = from as u32;
+            for (lane, centre) in order[from..to].iter().enumerate() {
+                let own = &boxes[centre.index as usize];
+                node.set(lane, own);
+                all = all.union(own);
+            }
+        } else {
+            let middle = from + left_half(to - from);
+            let cuts = [from, from + left_half(middle - from), middle, middle + left_half(to - middle), to];
+            let parts = || cuts.windows(2).filter(|c| c[0] < c[1]);
+            let first = self.nodes.len();
+            node.first = first as u32;
+            self.nodes.resize(first + parts().count(), Node::EMPTY);
+            for (lane, part) in parts().enumerate() {
+                let own = self.fill(first + lane, part[0], part[1], order, boxes);
+                node.set(lane, &own);
+                node.leaves |= u32::from(is_leaf(part[1] - part[0])) << lane;
+                all = all.union(&own);
+            }
+        }
+        self.nodes[slot] = node;
+        all
     }
 
     /// How many boxes there are.
@@ -33,80 +98,179 @@ impl<T: Copy> Boxes<T> {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
+    }
+
+    /// Calls `found` with what a segment may meet; `dir` is a unit vector.
+    #[inline]
+    pub fn along(&self, origin: Vec3A, dir: Vec3A, length: f32, found: impl FnMut(&T)) {
+        let line = Line::new(origin, dir, &self.bounds);
+        self.visit(|node| node.along(&line, length), found);
     }
 
     /// Calls `found` with what may be about a point.
     #[inline]
-    pub fn about(&self, point: Vec3A, mut found: impl FnMut(&T)) {
-        if self.items.is_empty() {
-            return;
-        }
-        self.tree.point_traverse(point, |tree, node| {
-            let node = &tree.nodes[node as usize];
-            for item in &self.items[node.first_index as usize..][..node.prim_count as usize] {
-                found(item);
+    pub fn about(&self, point: Vec3A, found: impl FnMut(&T)) {
+        let point = point.to_array().map(Vec4::splat);
+        self.visit(|node| node.about(&point), found);
+    }
+
+    /// Calls `found` with all items whose boxes, and the boxes of whose nodes, are among those that `meets` gives, a bit a
+    /// box.
+    ///
+    /// What takes time is waiting for nodes to come from memory. So they are asked for as soon as it is known that they
+    /// will be looked into, and leaves, most of all nodes, wait until there are some.
+    #[inline(always)]
+    fn visit(&self, meets: impl Fn(&Node) -> u32, mut found: impl FnMut(&T)) {
+        let mut look_into = |leaf: u32| {
+            let node = &self.nodes[leaf as usize];
+            for lane in bits(meets(node)) {
+                found(&self.items[(node.first + lane) as usize]);
             }
-            true
-        });
-    }
-}
-
-/// Size of a [`Crossed`]'s longest side in units of its own: the tree's test has a tolerance of 1e-4, and f32 has steps of 6e-5
-/// there.
-const UNITS: f32 = 1000.0;
-/// By so much boxes are widened for the rounding of that change of units.
-const ROUNDING: f32 = 3e-4;
-
-/// Boxes in a compressed eight-way tree [Ylitie et al. 2017], each with an item; items lie in the tree's order.
-pub struct Crossed<T> {
-    tree: CwBvh,
-    items: Vec<T>,
-    /// Origin and scale of the tree's own units, in which its absolute tolerances are small.
-    origin: Vec3A,
-    scale: f32,
-}
-
-impl<T: Copy> Crossed<T> {
-    /// Over boxes and what is in each.
-    pub fn build(boxes: &[Aabb], items: &[T]) -> Self {
-        let mut all = Aabb::empty();
-        boxes.iter().for_each(|b| {
-            all.extend(b.min).extend(b.max);
-        });
-        let longest = (all.max - all.min).max_element();
-        let (origin, scale) = if longest > 0.0 { (all.min, UNITS / longest) } else { (Vec3A::ZERO, 1.0) };
-        if boxes.is_empty() {
-            return Self { tree: CwBvh::default(), items: Vec::new(), origin, scale };
-        }
-        let rounding = Vec3A::splat(ROUNDING);
-        let own =
-            |b: &Aabb| Aabb::new((b.min - origin) * scale - rounding, (b.max - origin) * scale + rounding);
-        let boxes: Vec<Aabb> = boxes.iter().map(own).collect();
-        let tree = build_cwbvh(&boxes, BvhBuildParams::very_fast_build(), &mut Default::default());
-        let items = tree.primitive_indices.iter().map(|i| items[*i as usize]).collect();
-        Self { tree, items, origin, scale }
-    }
-
-    /// How many boxes there are.
-    pub fn len(&self) -> usize {
-        self.items.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.items.is_empty()
-    }
-
-    /// Calls `found` with what a segment may meet.
-    #[inline]
-    pub fn along(&self, origin: Vec3A, dir: Vec3A, length: f32, mut found: impl FnMut(&T)) {
-        if self.items.is_empty() {
+        };
+        if is_leaf(self.items.len()) {
+            (0..self.nodes.len() as u32).for_each(look_into);
             return;
         }
-        // The tree's test misses everything where a component is -0.
-        let dir = dir + Vec3A::ZERO;
-        let ray = obvhs::ray::Ray::new((origin - self.origin) * self.scale, dir, 0.0, length * self.scale);
-        self.tree.ray_traverse_anyhit(ray, |_, i| found(&self.items[i]));
+        let (mut stack, mut top) = ([0; STACK], 1);
+        let (mut waiting, mut count) = ([0; WAITING], 0);
+        while top > 0 {
+            top -= 1;
+            let node = &self.nodes[stack[top] as usize];
+            let met = meets(node);
+            for lane in bits(met & node.leaves) {
+                waiting[count] = node.first + lane;
+                prefetch(&self.nodes, waiting[count] as usize);
+                count += 1;
+            }
+            for lane in bits(met & !node.leaves) {
+                stack[top] = node.first + lane;
+                prefetch(&self.nodes, stack[top] as usize);
+                top += 1;
+            }
+            if count > WAITING - LANES {
+                waiting[..count].iter().for_each(|leaf| look_into(*leaf));
+                count = 0;
+            }
+        }
+        waiting[..count].iter().for_each(|leaf| look_into(*leaf));
+    }
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn bits(mut set: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let place = set.trailing_zeros();
+        let any = set != 0;
+        set &= set.wrapping_sub(1);
+        any.then_some(place)
+    })
+}
+
+/// Whether so many items are one leaf.
+fn is_leaf(count: usize) -> bool {
+    count <= LANES
+}
+
+/// A box's centre, doubled, and its place among the boxes.
+#[derive(Clone, Copy)]
+struct Centre {
+    twice: [f32; 3],
+    index: u32,
+}
+
+/// How many of `count` boxes go to the left: so many that leaves are full.
+fn left_half(count: usize) -> usize {
+    let leaves = count.div_ceil(LANES);
+    (LANES * leaves.div_ceil(2)).min(count)
+}
+
+/// Puts boxes into the order of the tree.
+fn arrange(order: &mut [Centre]) {
+    if is_leaf(order.len()) {
+        return;
+    }
+    let (mut min, mut max) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
+    for centre in order.iter() {
+        let twice = Vec3A::from_array(centre.twice);
+        (min, max) = (min.min(twice), max.max(twice));
+    }
+    let axis = (max - min).max_position();
+    let middle = left_half(order.len());
+    let by = |a: &Centre, b: &Centre| a.twice[axis].total_cmp(&b.twice[axis]).then(a.index.cmp(&b.index));
+    if middle < order.len() {
+        order.select_nth_unstable_by(middle, by);
+    }
+    let parallel = order.len() >= PARALLEL;
+    let (left, right) = order.split_at_mut(middle);
+    if parallel {
+        rayon::join(|| arrange(left), || arrange(right));
+    } else {
+        arrange(left);
+        arrange(right);
+    }
+}
+
+/// What of a line the tests of boxes need. Boxes are entered through their near planes and left through their far ones;
+/// each set has an origin of its own, moved apart by a bound on the test's rounding, so that no box is missed that the
+/// line touches. Zeros of either sign in the direction need no special case.
+struct Line {
+    near: [Vec4; 3],
+    far: [Vec4; 3],
+    inverse: [Vec4; 3],
+    /// Which of a box's two bounds is the near one.
+    sign: [usize; 3],
+}
+
+impl Line {
+    #[inline(always)]
+    fn new(origin: Vec3A, dir: Vec3A, bounds: &Aabb) -> Self {
+        let reach = (bounds.max - origin).abs().max((bounds.min - origin).abs()).max_element();
+        let pad = 2f32.powi(-20) * reach + 2f32.powi(-22) * origin.abs().max_element();
+        // A component of (nearly) zero: a slab is crossed at once, or never.
+        let inverse = dir.to_array().map(|d| if d.abs() > 1e-20 { 1.0 / d } else { 1e20f32.copysign(d) });
+        let origin = origin.to_array();
+        let moved = inverse.map(|i| pad.copysign(i));
+        Self {
+            near: std::array::from_fn(|a| Vec4::splat(origin[a] + moved[a])),
+            far: std::array::from_fn(|a| Vec4::splat(origin[a] - moved[a])),
+            inverse: inverse.map(Vec4::splat),
+            sign: inverse.map(|i| usize::from(i < 0.0)),
+        }
+    }
+}
+
+impl Node {
+    const EMPTY: Self = Self { bounds: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3], first: 0, leaves: 0 };
+
+    fn set(&mut self, lane: usize, own: &Aabb) {
+        for axis in 0..3 {
+            self.bounds[axis][0][lane] = own.min[axis];
+            self.bounds[axis][1][lane] = own.max[axis];
+        }
+    }
+
+    /// The boxes that a line meets at a distance from 0 to `length`, a bit each.
+    #[inline(always)]
+    fn along(&self, line: &Line, length: f32) -> u32 {
+        let (mut t0, mut t1) = (Vec4::ZERO, Vec4::splat(length));
+        for axis in 0..3 {
+            let s = line.sign[axis] & 1;
+            t0 = t0.max((self.bounds[axis][s] - line.near[axis]) * line.inverse[axis]);
+            t1 = t1.min((self.bounds[axis][s ^ 1] - line.far[axis]) * line.inverse[axis]);
+        }
+        t0.cmple(t1).bitmask()
+    }
+
+    /// The boxes that a point is in, a bit each.
+    #[inline(always)]
+    fn about(&self, point: &[Vec4; 3]) -> u32 {
+        let mut inside = u32::MAX;
+        for axis in 0..3 {
+            let [min, max] = self.bounds[axis];
+            inside &= (min.cmple(point[axis]) & max.cmpge(point[axis])).bitmask();
+        }
+        inside
     }
 }
 
@@ -137,7 +301,7 @@ mod tests {
             let radius = 0.03 * size;
             let boxes: Vec<Aabb> = centres.iter().map(|c| widened(*c, *c, radius)).collect();
             let items: Vec<usize> = (0..centres.len()).collect();
-            let tree = Crossed::build(&boxes, &items);
+            let tree = Boxes::build(&boxes, &items);
             let mut found_any = 0;
             for k in 0..300 {
                 let origin = point() * 1.5;
@@ -161,6 +325,36 @@ mod tests {
                 }
             }
             assert!(found_any > 300, "{found_any}");
+        }
+    }
+
+    /// Every box about a point is found, once, and nothing else; whatever the number of boxes.
+    #[test]
+    fn points_are_in_what_is_about_them() {
+        let mut random = Stream::new(5, 0, StreamKind::Other, 0);
+        let mut point = || {
+            let (a, b) = (random.next_2d(), random.next_1d());
+            Vec3A::new(a.x, a.y, b)
+        };
+        for count in [0, 1, 3, 4, 5, 8, 9, 16, 17, 63, 65, 1000, 20_000] {
+            let half = 0.5 * (4.0 / (count as f32 + 4.0)).cbrt();
+            let boxes: Vec<Aabb> = (0..count)
+                .map(|_| {
+                    let (centre, size) = (point(), half * point());
+                    Aabb::new(centre - size, centre + size)
+                })
+                .collect();
+            let items: Vec<usize> = (0..count).collect();
+            let tree = Boxes::build(&boxes, &items);
+            assert_eq!(tree.len(), count);
+            for _ in 0..50 {
+                let p = point();
+                let mut found = Vec::new();
+                tree.about(p, |i| found.push(*i));
+                found.sort_unstable();
+                let within = |i: &usize| (boxes[*i].min.cmple(p) & boxes[*i].max.cmpge(p)).all();
+                assert_eq!(found, items.iter().copied().filter(within).collect::<Vec<_>>(), "{count}");
+            }
         }
     }
 }

@@ -5,7 +5,7 @@
 //! a tree, about 64. Bytes a beam: a [`Beam`], 128 at most, twice, and 48 and a box for each [`Piece`]. Vertices that are
 //! connected are kept beside these.
 
-use super::boxes::{Boxes, Crossed, widened};
+use super::boxes::{Boxes, widened};
 use super::gather::Gathers;
 use super::grid::{Entry, Points};
 use super::join::{Arm, is_negligible};
@@ -54,11 +54,11 @@ pub struct Photons {
     /// Collisions, for P-P3D.
     pub collisions: Points,
     /// Balls about collisions, for P-B2D.
-    pub balls: Crossed<Entry>,
+    pub balls: Boxes<Entry>,
     /// Pieces of beams, for B-P2D.
     pub beams_for_points: Boxes<Piece>,
     /// Pieces of beams, for B-B1D.
-    pub beams_for_beams: Crossed<Piece>,
+    pub beams_for_beams: Boxes<Piece>,
 }
 
 impl Photons {
@@ -85,7 +85,7 @@ impl Photons {
                         },
                         || {
                             let (boxes, pieces) = pieces(scene, pass, chunks, Technique::BeamBeam);
-                            Crossed::build(&boxes, &pieces)
+                            Boxes::build(&boxes, &pieces)
                         },
                     )
                 },
@@ -182,10 +182,10 @@ fn entries(
     entries
 }
 
-fn balls(entries: &[Entry], gathers: &Gathers) -> Crossed<Entry> {
+fn balls(entries: &[Entry], gathers: &Gathers) -> Boxes<Entry> {
     let radius = gathers.of(Technique::PointBeam).radius;
     let boxes: Vec<Aabb> = entries.iter().map(|e| widened(e.p.into(), e.p.into(), radius)).collect();
-    Crossed::build(&boxes, entries)
+    Boxes::build(&boxes, entries)
 }
 
 /// Boxes about pieces of the beams that a technique merges with, and the pieces; none where it is off.
