@@ -203,21 +203,26 @@ impl FullPath {
         (all, scattering)
     }
 
-    fn interior(&self, scene: &Scene, i: usize, end: bool) -> Interior {
+    fn interior(&self, scene: &Scene, pass: &Pass, i: usize, end: bool) -> Interior {
         let (wl, wc) = (-self.direction(scene, i - 1).as_vec3a(), self.direction(scene, i).as_vec3a());
         match &self.interior[i - 1] {
             Place::Surface(point) => on_surface(scene, point, wl, wc, end),
-            Place::Medium(collision) => in_medium(scene, collision, wl, wc),
+            Place::Medium(collision) => in_medium(scene, pass, collision, wl, wc),
         }
     }
 }
 
-fn in_medium(scene: &Scene, collision: &Collision, wl: Vec3A, wc: Vec3A) -> Interior {
+fn in_medium(scene: &Scene, pass: &Pass, collision: &Collision, wl: Vec3A, wc: Vec3A) -> Interior {
     let medium = &scene.media[collision.medium as usize];
     let coefficients = medium.coefficients(collision.p);
     let phase = f64::from(medium.phase().evaluate(wl, wc));
-    let pdf = phase * f64::from(medium.continuation(&coefficients));
-    Interior { specular: false, light: pdf, camera: pdf, value: d(coefficients.sigma_s) * phase }
+    // Camera subpaths go on more rarely where something merges in media.
+    let settings = &pass.settings;
+    let merges = MERGES.into_iter().any(|t| t != Technique::Surface && settings.techniques.has(t));
+    let most = if merges && !settings.merging.first { settings.merging.camera_continuation } else { 1.0 };
+    let light = phase * f64::from(medium.continuation(&coefficients));
+    let camera = phase * f64::from(medium.continuation(&coefficients).min(most));
+    Interior { specular: false, light, camera, value: d(coefficients.sigma_s) * phase }
 }
 
 fn on_surface(scene: &Scene, point: &SurfacePoint, wl: Vec3A, wc: Vec3A, end: bool) -> Interior {
@@ -266,7 +271,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
         MadeBy::Merge(_, at) => i == at,
     };
     let interior: Vec<Option<Interior>> =
-        (0..=k).map(|i| (1..k).contains(&i).then(|| path.interior(scene, i, joined(i)))).collect();
+        (0..=k).map(|i| (1..k).contains(&i).then(|| path.interior(scene, pass, i, joined(i)))).collect();
     let at = |i: usize| interior[i].expect("an interior vertex");
     let out = path.direction(scene, 0).as_vec3a();
     let lens_dir = -path.direction(scene, k - 1).as_vec3a();

@@ -178,7 +178,9 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         }
         let (place, position) = (&vertex.place, vertex.place.position());
         let Some(light) = lights.sample_toward(geometry, position, select, u) else { return };
-        let Some(scattering) = vertex.scatter(self.scene, light.dir, vertex.to_previous) else { return };
+        let Some(scattering) = vertex.scatter(self.scene, self.pass, light.dir, vertex.to_previous) else {
+            return;
+        };
         let infinite = lights.is_infinite(&light.point);
         let falloff = if infinite { 1.0 } else { 1.0 / (light.distance * light.distance) };
         let cosine = place.cosine(light.dir);
@@ -253,8 +255,8 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let between = there - here;
         let d2 = between.length_squared();
         let dir = between / d2.sqrt();
-        let Some(at_camera) = vertex.scatter(self.scene, dir, vertex.to_previous) else { return };
-        let Some(at_light) = other.scatter(self.scene, other.to_previous, -dir) else { return };
+        let Some(at_camera) = vertex.scatter(self.scene, self.pass, dir, vertex.to_previous) else { return };
+        let Some(at_light) = other.scatter(self.scene, self.pass, other.to_previous, -dir) else { return };
         let camera_geometry = vertex.place.cosine(dir) / d2;
         let light_cosine = other.place.cosine(dir);
         let contribution = vertex.throughput

@@ -194,7 +194,9 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let d2 = to_vertex.length_squared();
         let dir = to_vertex / d2.sqrt();
         let Some(pixel) = camera.pixel_of(lens, dir) else { return };
-        let Some(scattering) = vertex.scatter(self.scene, vertex.to_previous, -dir) else { return };
+        let Some(scattering) = vertex.scatter(self.scene, self.pass, vertex.to_previous, -dir) else {
+            return;
+        };
         let geometry = camera.pdf_direction(lens, dir) * vertex.place.cosine(dir) / d2;
         let contribution = vertex.throughput * scattering.value * geometry;
         if contribution == Rgb::ZERO {

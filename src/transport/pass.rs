@@ -7,7 +7,7 @@ use super::technique::Technique;
 use super::walk::Place;
 use crate::bsdf::Mode;
 use crate::math::{Rgb, StreamKind, Streams};
-use crate::medium::Passage;
+use crate::medium::{Coefficients, Medium, Passage};
 
 /// The constants of an iteration.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub struct Pass {
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
     pub camera_beams: bool,
+    /// A camera subpath goes on from a collision with this probability at most.
+    camera_continuation: f32,
 }
 
 impl Pass {
@@ -53,6 +55,9 @@ impl Pass {
         let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
         let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
         let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
+        let in_media = beams || on(Technique::PointPoint);
+        let camera_continuation =
+            if in_media && !settings.merging.first { settings.merging.camera_continuation } else { 1.0 };
         let streams = |kind| Streams::new(settings.seed, iteration, kind);
         Self {
             settings,
@@ -65,6 +70,7 @@ impl Pass {
             shares,
             beams,
             camera_beams,
+            camera_continuation,
         }
     }
 
@@ -93,6 +99,16 @@ impl Pass {
     #[inline]
     pub fn share_in(&self, medium: u32) -> f32 {
         self.shares.get(medium as usize).copied().unwrap_or(1.0)
+    }
+
+    /// The probability with which a walk in `mode` goes on from a collision in `medium`, where the coefficients are `at`.
+    #[inline]
+    pub fn continuation(&self, mode: Mode, medium: &Medium, at: &Coefficients) -> f32 {
+        let most = match mode {
+            Mode::Importance => 1.0,
+            Mode::Radiance => self.camera_continuation,
+        };
+        medium.continuation(at).min(most)
     }
 
     /// How long the beams of a walk in `mode` are.

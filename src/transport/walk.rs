@@ -157,12 +157,12 @@ impl Vertex {
     /// The scattering from `wl`, toward the light, to `wc`, toward the camera (both unit, away from the vertex), by
     /// all lobes that are not specular. `None` where there is none.
     #[inline]
-    pub fn scatter(&self, scene: &Scene, wl: Vec3A, wc: Vec3A) -> Option<Scattering> {
+    pub fn scatter(&self, scene: &Scene, pass: &Pass, wl: Vec3A, wc: Vec3A) -> Option<Scattering> {
         match &self.place {
             Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
             Place::Medium(collision) => {
                 let medium = &scene.media[collision.medium as usize];
-                let scattering = scatter_in(medium, &collision.coefficients, wl, wc);
+                let scattering = scatter_in(pass, medium, &collision.coefficients, wl, wc);
                 (scattering.pdf_light > 0.0).then_some(scattering)
             }
         }
@@ -499,13 +499,14 @@ fn leave_collision<V: Visitor>(
     visitor: &V,
 ) -> Option<Flight> {
     let medium = &scene.media[collision.medium as usize];
-    let continuation = medium.continuation(&collision.coefficients);
+    let continuation = pass.continuation(V::MODE, medium, &collision.coefficients);
     if !survives(continuation, random) {
         return None;
     }
     let u = (random.next_1d(), random.next_2d());
     let (dir, phase) = medium.phase().sample(vertex.to_previous, u);
-    let pdf = continuation * phase;
+    // Phase functions are the same either way; continuation is not.
+    let reverse = pass.continuation(other(V::MODE), medium, &collision.coefficients) * phase;
     Some(Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
@@ -513,13 +514,12 @@ fn leave_collision<V: Visitor>(
         rate: collision.coefficients.sigma_t,
         // phase / its density = 1
         throughput: vertex.throughput * collision.coefficients.sigma_s * (1.0 / continuation),
-        pdf,
+        pdf: continuation * phase,
         cosine: 1.0,
         infinite: false,
         specular: false,
         share: pass.share_in(collision.medium),
-        // Phase functions are the same either way, and so are the densities.
-        sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(pdf)),
+        sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(reverse)),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, Label::Medium),
     })

@@ -34,7 +34,7 @@ pub fn gather(
             return;
         }
         let Some(light) = photons.arm(scene, pass, beam, t, &collision.coefficients) else { return };
-        let Some(scattering) = vertex.scatter(scene, light.back, vertex.to_previous) else { return };
+        let Some(scattering) = vertex.scatter(scene, pass, light.back, vertex.to_previous) else { return };
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&light, &camera);
         let sample = join::sample(pass, Technique::BeamPoint, Label::Medium, arms, &scattering, kernel);

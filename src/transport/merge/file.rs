@@ -5,7 +5,8 @@ use super::settings::{Beams, Gather, MergeSettings, PathCount, Radius};
 use crate::error::{Error, Result};
 use serde::Deserialize;
 
-/// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
+/// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, camera_continuation,
+/// surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
 #[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct MergeDef {
@@ -21,6 +22,8 @@ pub struct MergeDef {
     pub most_photons: Option<u64>,
     /// About as many beams are stored at most; default no bound.
     pub most_beams: Option<u64>,
+    /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default 0.4.
+    pub camera_continuation: Option<f32>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,
     /// Of P-P3D.
@@ -135,6 +138,7 @@ impl MergeDef {
             first,
             most_photons: self.most_photons,
             most_beams: self.most_beams,
+            camera_continuation: self.camera_continuation.unwrap_or(default.camera_continuation),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A light and a camera subpath that meet at x_i: the sample that comes of it.
 
+use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::Ray;
 use crate::math::{Rgb, RgbExt};
@@ -44,10 +45,14 @@ impl From<&Vertex> for Arm {
 
 /// What a medium does to light at a point of it.
 #[inline]
-pub fn scatter_in(medium: &Medium, at: &Coefficients, wl: Vec3A, wc: Vec3A) -> Scattering {
+pub fn scatter_in(pass: &Pass, medium: &Medium, at: &Coefficients, wl: Vec3A, wc: Vec3A) -> Scattering {
     let phase = medium.phase().evaluate(wl, wc);
-    let pdf = phase * medium.continuation(at);
-    Scattering { value: at.sigma_s * phase, pdf_light: pdf, pdf_camera: pdf }
+    let pdf = |mode| phase * pass.continuation(mode, medium, at);
+    Scattering {
+        value: at.sigma_s * phase,
+        pdf_light: pdf(Mode::Importance),
+        pdf_camera: pdf(Mode::Radiance),
+    }
 }
 
 /// Whether the path of two subpaths that meet is asked for, by its length and its vertices: each has so many edges and such a

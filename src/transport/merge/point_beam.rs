@@ -45,7 +45,7 @@ pub fn gather(
         else {
             return;
         };
-        let scattering = scatter_in(medium, &at, photon.to_previous.into(), arm.back);
+        let scattering = scatter_in(pass, medium, &at, photon.to_previous.into(), arm.back);
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointBeam, Label::Medium, arms, &scattering, kernel);

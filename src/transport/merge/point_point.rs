@@ -27,7 +27,9 @@ pub fn gather(
         if photon.medium() != Some(collision.medium) || !join::asked_for(pass, Label::Medium, light, camera) {
             return;
         }
-        let Some(scattering) = vertex.scatter(scene, photon.to_previous.into(), arm.back) else { return };
+        let Some(scattering) = vertex.scatter(scene, pass, photon.to_previous.into(), arm.back) else {
+            return;
+        };
         let kernel = pass.settings.merging.kernel.ball(d2 / (radius * radius));
         let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointPoint, Label::Medium, arms, &scattering, kernel);

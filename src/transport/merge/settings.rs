@@ -90,6 +90,14 @@ pub struct MergeSettings {
     pub most_photons: Option<u64>,
     /// The same of beams.
     pub most_beams: Option<u64>,
+    /// Where something merges in media, and camera subpaths do not end at their first vertex anyway, they go on from a
+    /// collision with this probability at most.
+    ///
+    /// Light that is scattered many times comes by light subpaths as well, and these are merged with at the first
+    /// collisions and along the first edges that a camera subpath has. What it would look for further on, at each of
+    /// dozens of collisions, takes most of the time and adds little: at 0.4, beside 1, the variance times the time was
+    /// 0.4 to 0.95 of what it was on our scenes.
+    pub camera_continuation: f32,
 }
 
 impl Default for MergeSettings {
@@ -102,6 +110,7 @@ impl Default for MergeSettings {
             first: false,
             most_photons: None,
             most_beams: None,
+            camera_continuation: 0.4,
         }
     }
 }
@@ -144,6 +153,12 @@ impl MergeSettings {
             if none {
                 return Err(Error::usage(format!("the number of light paths of {key} must be above 0")));
             }
+        }
+        if !(self.camera_continuation > 0.0 && self.camera_continuation <= 1.0) {
+            return Err(Error::usage(format!(
+                "camera_continuation is {}: it must be above 0 and at most 1",
+                self.camera_continuation
+            )));
         }
         for (what, most) in [("photons", self.most_photons), ("beams", self.most_beams)] {
             if most == Some(0) {

@@ -28,7 +28,9 @@ pub fn gather(
         if !join::asked_for(pass, Label::Surface, light, camera) {
             return;
         }
-        let Some(scattering) = vertex.scatter(scene, photon.to_previous.into(), arm.back) else { return };
+        let Some(scattering) = vertex.scatter(scene, pass, photon.to_previous.into(), arm.back) else {
+            return;
+        };
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::Surface, Label::Surface, arms, &scattering, kernel);
