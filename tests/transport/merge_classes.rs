@@ -29,7 +29,7 @@ fn each_technique_alone_is_bpt_on_the_paths_that_it_makes() {
     for (i, (paths, techniques, detectable)) in classes.into_iter().enumerate() {
         let bpt = mean(set("bpt"), paths, 0, 6);
         for (j, names) in techniques.iter().enumerate() {
-            mean(set(names), paths, i * 5 + j, 8).assert_same(
+            mean(set(names), paths, i * 5 + j, 11).assert_same(
                 &bpt,
                 &format!("{names} of {paths}"),
                 detectable,

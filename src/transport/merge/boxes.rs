@@ -266,9 +266,8 @@ impl Node {
     #[inline(always)]
     fn about(&self, point: &[Vec4; 3]) -> u32 {
         let mut inside = u32::MAX;
-        for axis in 0..3 {
-            let [min, max] = self.bounds[axis];
-            inside &= (min.cmple(point[axis]) & max.cmpge(point[axis])).bitmask();
+        for ([min, max], at) in self.bounds.iter().zip(point) {
+            inside &= (min.cmple(*at) & max.cmpge(*at)).bitmask();
         }
         inside
     }
