@@ -50,6 +50,17 @@ fn an_experiment_runs_from_end_to_end() {
             assert!(bench.path("results/experiment").join(file).is_file(), "{file}");
         }
     }
+    let text = std::fs::read_to_string(bench.path("results/experiment/small/pt/convergence.json")).unwrap();
+    let curves: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        (curves["timesteps"].as_array().unwrap().len(), curves["data"].as_array().unwrap().len()),
+        (3, 3)
+    );
+    let pt = results.cell("small", "pt").unwrap();
+    assert_eq!(
+        curves["data"][2]["mse"],
+        pt.convergence.iter().find(|c| c.metric == "mse").unwrap().points[2].value.mean
+    );
     let page = std::fs::read_to_string(bench.path("results/experiment/index.html")).unwrap();
     assert!(page.contains("A small experiment") && page.trim_end().ends_with("</html>"));
     assert!(results.cells[0].files.layers.is_empty());

@@ -68,6 +68,10 @@ pub struct RunArgs {
     /// Render a part of the runs only, such as 2/8 for the second of eight, and measure nothing: `tyndall merge` does.
     #[arg(long, value_name = "I/N", value_parser = super::parse::shard)]
     pub shard: Option<(u64, u64)>,
+    /// Stream the image and what each technique adds to it to the viewer tev while it renders [default: 127.0.0.1:14158].
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = crate::render::tev::DEFAULT_ADDRESS,
+          value_parser = super::parse::address)]
+    pub tev: Option<String>,
 }
 
 /// `tyndall status`.
@@ -175,6 +179,10 @@ pub struct RenderArgs {
     /// Exposure of the PNG in stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
+    /// Stream the image and what each technique adds to it to the viewer tev while it renders [default: 127.0.0.1:14158].
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = crate::render::tev::DEFAULT_ADDRESS,
+          value_parser = super::parse::address)]
+    pub tev: Option<String>,
 }
 
 /// `tyndall explain`.
@@ -294,6 +302,7 @@ mod tests {
             "run e --shard 0/4",
             "run e --shard 5/4",
             "run e --shard 2",
+            "run e --tev nowhere",
             "frobnicate",
         ] {
             let words = std::iter::once("tyndall").chain(line.split(' '));

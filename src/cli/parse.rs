@@ -51,6 +51,13 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     parts.ok_or_else(|| "expected column and row, as in 120,45".into())
 }
 
+/// `--tev`: `HOST:PORT`.
+pub fn address(text: &str) -> Result<String, String> {
+    let port =
+        text.rsplit_once(':').filter(|(host, _)| !host.is_empty()).and_then(|(_, p)| p.parse::<u16>().ok());
+    port.map(|_| text.to_owned()).ok_or_else(|| "expected a host and a port, as in 127.0.0.1:14158".into())
+}
+
 /// A number in a list that starts at 1.
 pub fn ordinal(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number from 1 up".into())

@@ -1,5 +1,7 @@
 //! Progress on the standard error: a bar on a terminal, plain lines at intervals elsewhere.
 
+use crate::film::{Film, Image, ImageKind};
+use crate::render::tev::Tev;
 use crate::render::{Budget, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -7,6 +9,9 @@ use std::time::{Duration, Instant};
 
 /// Seconds between lines where there is no terminal.
 const INTERVAL: Duration = Duration::from_secs(10);
+
+/// Time between looks at the film.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// Steps of a bar.
 const STEPS: u64 = 1000;
@@ -20,6 +25,11 @@ pub struct Progress {
     iterations: u64,
     seconds: f64,
     last_line: Instant,
+    /// When the film was last looked at.
+    looked: Instant,
+    /// The standard error of a pixel, as a share of the mean.
+    noise: Option<f64>,
+    tev: Option<Tev>,
 }
 
 impl Progress {
@@ -33,7 +43,16 @@ impl Progress {
             iterations: 0,
             seconds: 0.0,
             last_line: Instant::now(),
+            looked: Instant::now(),
+            noise: None,
+            tev: None,
         }
+    }
+
+    /// Streams what is rendered to the viewer tev at this address too.
+    pub fn with_tev(mut self, address: Option<&str>) -> Self {
+        self.tev = address.map(Tev::new);
+        self
     }
 
     fn state(&self) -> String {
@@ -43,7 +62,10 @@ impl Progress {
             Budget::Seconds(_) | Budget::RelMse { .. } => format!("{} spp", self.iterations),
         };
         let left = if share > 0.0 { self.seconds * (1.0 - share) / share } else { 0.0 };
-        format!("{samples}, {}, {} left", clock(self.seconds), clock(left))
+        let rate = self.iterations as f64 / self.seconds;
+        let rate = if rate.is_finite() { format!(", {rate:.3} /s") } else { String::new() };
+        let noise = self.noise.map_or(String::new(), |noise| format!(", noise {:.2}%", 100.0 * noise));
+        format!("{samples}, {}{rate}{noise}, {} left", clock(self.seconds), clock(left))
     }
 }
 
@@ -56,7 +78,7 @@ impl Default for Progress {
 impl Observer for Progress {
     fn begin(&mut self, what: &str, budget: Budget) {
         (self.what, self.budget) = (what.to_owned(), budget);
-        (self.iterations, self.seconds) = (0, 0.0);
+        (self.iterations, self.seconds, self.noise) = (0, 0.0, None);
         if self.terminal {
             let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
             let style = ProgressStyle::with_template("{prefix} {bar:24} {percent:>3}%  {msg}");
@@ -84,6 +106,25 @@ impl Observer for Progress {
         }
     }
 
+    fn look(&mut self, film: &dyn Fn() -> Film) {
+        let wanted = self.tev.is_some() || self.terminal || self.last_line.elapsed() + LOOK >= INTERVAL;
+        if !wanted || self.looked.elapsed() < LOOK {
+            return;
+        }
+        let film = film();
+        self.noise = noise(&film);
+        if let Some(tev) = &self.tev {
+            tev.show(&self.what, shown(&film));
+        }
+        self.looked = Instant::now();
+    }
+
+    fn last(&mut self, film: &dyn Fn() -> Film) {
+        if let Some(tev) = &self.tev {
+            tev.finish(&self.what, shown(&film()));
+        }
+    }
+
     fn end(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
@@ -97,6 +138,20 @@ impl Observer for Progress {
             None => eprintln!("{line}"),
         }
     }
+}
+
+/// The standard error of a pixel, root mean square, as a share of the mean of the image.
+fn noise(film: &Film) -> Option<f64> {
+    let mean = |image: &Image| image.mean().iter().sum::<f64>() / 3.0;
+    let noise = mean(&film.variance()).sqrt() / mean(&film.image());
+    (film.iterations() > 1 && noise.is_finite()).then_some(noise)
+}
+
+/// The image, and what each technique adds to it.
+fn shown(film: &Film) -> Vec<(String, Image)> {
+    let weighted = film.layers_where(|kind| matches!(kind, ImageKind::Family { weighted: true, .. }));
+    let layers = weighted.into_iter().map(|(kind, image)| (kind.name(), image));
+    std::iter::once((String::new(), film.image())).chain(layers).collect()
 }
 
 /// `0.42 s`, `12.3 s`, `3 min 20 s`, `2 h 05 min`.
@@ -133,6 +188,8 @@ mod tests {
         let mut progress = Progress::new();
         progress.budget = Budget::Spp(40);
         (progress.iterations, progress.seconds) = (10, 5.0);
-        assert_eq!(progress.state(), "10 of 40 spp, 5.00 s, 15.0 s left");
+        assert_eq!(progress.state(), "10 of 40 spp, 5.00 s, 2.000 /s, 15.0 s left");
+        progress.noise = Some(0.0123);
+        assert!(progress.state().contains("noise 1.23%"));
     }
 }

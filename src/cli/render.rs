@@ -47,7 +47,7 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     let stop = stop_on_interrupt()?;
     let job = Job { scene: &scene, settings, budget, first: 0 };
     let outcome = with_threads(args.threads, || {
-        let mut progress = Progress::new();
+        let mut progress = Progress::new().with_tev(args.tev.as_deref());
         progress.begin(&format!("{}: {techniques}", scene.name), budget);
         let outcome = job.run(&stop, &mut progress, |_| Ok(()));
         progress.end();

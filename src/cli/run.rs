@@ -22,7 +22,8 @@ pub fn run(args: &RunArgs) -> Result<Ending> {
     let stop = stop_on_interrupt()?;
     let part = args.shard.map_or(Part::All, |(index, of)| Part::Shard { index, of });
     let options = Options { out: &out, cache: &cache, stop: &stop, part };
-    let results = with_threads(args.threads, || run::run(&plan, &options, &mut Progress::new()))?;
+    let mut progress = Progress::new().with_tev(args.tev.as_deref());
+    let results = with_threads(args.threads, || run::run(&plan, &options, &mut progress))?;
     if let Some((index, of)) = args.shard {
         let state = if stop.requested() { "stopped" } else { "done" };
         print(format!("shard {} of {of}: {state}; the runs are in {}\n", index + 1, out.display()))?;

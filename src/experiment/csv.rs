@@ -14,9 +14,12 @@
 //! | metric | its key |
 //! | value | its value |
 //!
+//! `<scene>/<estimator>/convergence.json` is `{"timesteps": […], "data": [{"relmse": …, …}, …]}`, the form that figure-gen reads: seconds of
+//! rendering, and for each the mean over the runs of every metric that is computed on the way; `spp` beside it has the samples.
+//!
 //! `convergence.csv` has the same columns without `partial`, a row a checkpoint of a run and metric.
 
-use super::results::{Results, Run};
+use super::results::{Cell, Curve, Results, Run};
 use crate::error::Result;
 use crate::film::output::write_bytes;
 use std::fmt::Write;
@@ -28,13 +31,36 @@ pub const FILE_NAME: &str = "results.csv";
 /// Name of the table of values on the way.
 pub const CONVERGENCE_FILE_NAME: &str = "convergence.csv";
 
-/// Writes both tables into the folder of results.
+/// Name of a cell's curves.
+pub const FIGURE_GEN_FILE_NAME: &str = "convergence.json";
+
+/// Writes both tables, and the cells' curves, into the folder of results.
 ///
 /// # Errors
 /// Where a file cannot be written.
 pub fn write(results: &Results, dir: &Path) -> Result<()> {
     write_bytes(&dir.join(FILE_NAME), table(results).as_bytes())?;
-    write_bytes(&dir.join(CONVERGENCE_FILE_NAME), convergence(results).as_bytes())
+    write_bytes(&dir.join(CONVERGENCE_FILE_NAME), convergence(results).as_bytes())?;
+    for cell in results.cells.iter().filter(|c| !c.convergence.is_empty()) {
+        let path = dir.join(&cell.scene).join(&cell.estimator).join(FIGURE_GEN_FILE_NAME);
+        write_bytes(&path, figure_gen(cell).to_string().as_bytes())?;
+    }
+    Ok(())
+}
+
+/// The curves of a cell as figure-gen reads them.
+fn figure_gen(cell: &Cell) -> serde_json::Value {
+    let points = &cell.convergence[0].points;
+    let at = |spp: u64| -> serde_json::Value {
+        let value =
+            |c: &Curve| Some((c.metric.clone(), c.points.iter().find(|p| p.spp == spp)?.value.mean.into()));
+        serde_json::Value::Object(cell.convergence.iter().filter_map(value).collect())
+    };
+    serde_json::json!({
+        "timesteps": points.iter().map(|p| p.seconds).collect::<Vec<_>>(),
+        "spp": points.iter().map(|p| p.spp).collect::<Vec<_>>(),
+        "data": points.iter().map(|p| at(p.spp)).collect::<Vec<_>>(),
+    })
 }
 
 /// Keys consist of letters, digits and a few signs, and numbers of digits: nothing needs quotes.

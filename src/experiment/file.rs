@@ -223,4 +223,6 @@ pub struct FiguresDef {
     /// What share of the time each technique costs, measured by leaving each out in turn, which takes some renders more;
     /// default false.
     pub costs: Option<bool>,
+    /// Width of the figures that are files (SVG, PDF), in centimetres, as for a column of a paper; default: as large as their contents.
+    pub width_cm: Option<Positive>,
 }

@@ -361,6 +361,7 @@ impl Resolver<'_> {
             pyramid: def.pyramid.as_ref().map(|p| p.get_ref().map(|n| n.0)),
             convergence: def.convergence.unwrap_or(reference),
             costs: def.costs.unwrap_or(false),
+            width_cm: def.width_cm.map(|w| as_written(w.get())),
         })
     }
 

@@ -11,6 +11,7 @@
 //!     results.json            this file
 //!     results.csv             a row a (scene, estimator, run, metric): see `csv`
 //!     convergence.csv         likewise a row a checkpoint
+//!     <scene>/<estimator>/convergence.json    the mean over the runs, for figure-gen: see `csv`
 //!     experiment.toml         the experiment file, with the changes of `--set`
 //!     index.html, figures/    the page, and its figures as SVG and PNG files: see [`crate::report`]
 //!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
@@ -439,6 +440,9 @@ pub struct Figures {
     /// What each technique costs, which takes some renders more.
     #[serde(default)]
     pub costs: bool,
+    /// Width of the figures that are files, in centimetres; none: as large as their contents.
+    #[serde(default)]
+    pub width_cm: Option<f64>,
 }
 
 impl Results {
@@ -566,6 +570,7 @@ mod tests {
                 pyramid: Some([2, 5]),
                 convergence: true,
                 costs: false,
+                width_cm: None,
             },
             warnings: vec!["é".into()],
         }

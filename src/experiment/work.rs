@@ -132,6 +132,11 @@ impl Work<'_> {
             engine.iteration(at, &mut block);
             let (done, seconds) = (at + 1, state.outcome.seconds + block.seconds);
             observer.advance(done, seconds);
+            observer.look(&|| {
+                let mut film = state.outcome.film.clone();
+                film.append(&block.film);
+                film
+            });
             let reached = self.is_reached(&state.outcome, &block)?;
             if reached || !self.goes_on(&state.outcome, &block) {
                 state.ended = Some(self.budget);
@@ -145,6 +150,7 @@ impl Work<'_> {
                 held.save(&state)?;
             }
         }
+        observer.last(&|| state.outcome.film.clone());
         Ok(state)
     }
 

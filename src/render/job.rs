@@ -67,8 +67,10 @@ impl Job<'_> {
             }
             engine.iteration(self.first + outcome.film.iterations(), &mut outcome);
             observer.advance(outcome.film.iterations(), outcome.seconds);
+            observer.look(&|| outcome.film.clone());
             each(&outcome)?;
         }
+        observer.last(&|| outcome.film.clone());
         Ok(outcome)
     }
 }

@@ -6,6 +6,7 @@ mod budget;
 pub mod files;
 mod job;
 pub mod observer;
+pub mod tev;
 
 pub use budget::{Budget, Stop};
 pub use job::{Engine, Job, Outcome};

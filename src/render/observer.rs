@@ -1,6 +1,7 @@
 //! Who wants to know how a render goes on: a progress bar, a log, nobody.
 
 use super::Budget;
+use crate::film::Film;
 
 /// Follows renders, one after the other.
 pub trait Observer {
@@ -8,6 +9,11 @@ pub trait Observer {
     fn begin(&mut self, what: &str, budget: Budget);
     /// So many iterations are complete, in so many seconds.
     fn advance(&mut self, iterations: u64, seconds: f64);
+    /// What came of it so far, for who shows it: outside the clock. `film` puts it together when it is called, which takes
+    /// some time.
+    fn look(&mut self, _film: &dyn Fn() -> Film) {}
+    /// What came of it in the end, likewise.
+    fn last(&mut self, _film: &dyn Fn() -> Film) {}
     /// The render has ended, by its budget or by a stop.
     fn end(&mut self);
     /// Something that is worth a line of its own.

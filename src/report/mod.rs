@@ -14,6 +14,7 @@
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
+//! | `pdf` | figures as PDF |
 //! | `markup`, `numbers`, `picture`, `montage`, `raster` | HTML, SVG and PNG, numbers, images as `data:` addresses |
 
 mod axis;
@@ -30,6 +31,7 @@ mod montage;
 mod numbers;
 mod page;
 mod palette;
+mod pdf;
 mod picture;
 mod plot;
 mod pyramid;
@@ -63,7 +65,7 @@ pub struct ReportSummary {
     pub problems: Vec<String>,
 }
 
-/// Reads the results in a folder and writes `index.html`, `figures/*.svg` and `figures/*.png` there, each whole or not at all.
+/// Reads the results in a folder and writes `index.html`, `figures/*.svg` (and the same as `*.pdf`) and `figures/*.png` there, each whole or not at all.
 ///
 /// Images that are missing or damaged leave a note in the page.
 ///
@@ -85,10 +87,14 @@ pub fn report_of(dir: &Path, results: &Results) -> Result<ReportSummary> {
     let folder = dir.join("figures");
     std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, "make the folder", &e))?;
     let mut figures = Vec::new();
+    let width = results.figures.width_cm;
     for (name, svg) in &context.figures {
         let path = folder.join(format!("{name}.svg"));
-        write_bytes(&path, svg.as_bytes())?;
+        write_bytes(&path, pdf::sized(svg, width).as_bytes())?;
         figures.push(path);
+        if let Some(pdf) = pdf::pdf(svg, width) {
+            write_bytes(&folder.join(format!("{name}.pdf")), &pdf)?;
+        }
     }
     let mut pictures = Vec::new();
     for (name, image) in &context.pictures {

@@ -112,6 +112,11 @@ fn the_page_has_every_section() {
     }
     let names: Vec<String> =
         summary.figures.iter().map(|f| f.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    for figure in &summary.figures {
+        let pdf = std::fs::read(figure.with_extension("pdf")).unwrap();
+        assert!(pdf.starts_with(b"%PDF") && figure.exists(), "{}", figure.display());
+        assert!(std::fs::read_to_string(figure).unwrap().contains("width=\"8.500cm\""));
+    }
     for name in [
         "scene0-crops.svg",
         "scene0-strip.svg",
@@ -191,6 +196,7 @@ fn figures_that_are_not_wanted_are_not_made() {
         pyramid: None,
         convergence: false,
         costs: false,
+        width_cm: None,
     };
     let (html, summary) = page(dir.path(), &r);
     assert!(html.contains("-metrics\"") && summary.figures.is_empty());

@@ -376,6 +376,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
             pyramid: Some([2, 5]),
             convergence: true,
             costs: true,
+            width_cm: Some(8.5),
         },
         warnings: Vec::new(),
     }
