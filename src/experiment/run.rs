@@ -26,6 +26,9 @@ use std::time::Duration;
 /// The share of an error map's values that lies within its scale, over all estimators of a scene.
 const MAP_QUANTILE: f64 = 0.99;
 
+/// Folders of results have folders within folders to this depth.
+const DEPTH: u32 = 2;
+
 /// Holds, beside timed runs, what their times depend on.
 pub const CLOCK: &str = "clock";
 
@@ -65,7 +68,7 @@ pub enum Part {
 pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Result<Results> {
     let scenes = load_scenes(plan)?;
     prepare_folder(options.out)?;
-    remove_leftovers(options.out);
+    remove_leftovers(options.out, DEPTH);
     let clock = clock_of(plan, options)?;
     let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes), clock: &clock };
     if let Part::Shard { index, of } = options.part {
@@ -114,7 +117,7 @@ fn clock_of(plan: &Plan, options: &Options) -> Result<String> {
 }
 
 /// Deletes files that a process left half written an hour ago or more.
-fn remove_leftovers(dir: &Path) {
+fn remove_leftovers(dir: &Path, depth: u32) {
     let old = |path: &Path| {
         let modified = path.metadata().and_then(|m| m.modified()).ok()?;
         Some(modified.elapsed().ok()? > Duration::from_secs(3600))
@@ -122,7 +125,9 @@ fn remove_leftovers(dir: &Path) {
     let Ok(entries) = std::fs::read_dir(dir) else { return };
     for path in entries.flatten().map(|e| e.path()) {
         if path.is_dir() && !path.is_symlink() && path.file_name().is_none_or(|n| n != store::FOLDER) {
-            remove_leftovers(&path);
+            if depth > 0 {
+                remove_leftovers(&path, depth - 1);
+            }
         } else if store::is_partial(&path) && old(&path) == Some(true) {
             let _ = std::fs::remove_file(path);
         }
