@@ -20,8 +20,11 @@ pub mod metals;
 pub mod mirror;
 pub mod null;
 pub mod phong;
+pub mod plastic;
+pub mod sided;
 #[cfg(test)]
 mod tests;
+pub mod thin;
 
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
@@ -30,6 +33,9 @@ pub use ggx::{Ggx, Masking};
 pub use layered::Layered;
 pub use mirror::Mirror;
 pub use phong::Phong;
+pub use plastic::{Plastic, PlasticSettings};
+pub use sided::Sided;
+pub use thin::Thin;
 
 use crate::math::{Frame, Rgb};
 use glam::{Vec2, Vec3A};
@@ -141,6 +147,12 @@ pub enum Material {
     Phong(Phong),
     /// A sum of the others by fixed weights.
     Layered(Layered),
+    /// A thin pane, or a share of nothing.
+    Thin(Thin),
+    /// A diffuse base under a clear coat.
+    Plastic(Box<Plastic>),
+    /// One material outside, another one inside.
+    Sided(Sided),
     /// An index-matched boundary: not there for light.
     Null,
 }
@@ -156,7 +168,9 @@ impl Material {
             Self::Dielectric(m) => m.evaluate(site, wl, wc),
             Self::Phong(m) => m.evaluate(site.uv, wl, wc),
             Self::Layered(m) => m.evaluate(site, wl, wc),
-            Self::Mirror(_) | Self::Null => BsdfValue::ZERO,
+            Self::Plastic(m) => m.evaluate(site.uv, wl, wc),
+            Self::Sided(m) => m.evaluate(site, wl, wc),
+            Self::Mirror(_) | Self::Thin(_) | Self::Null => BsdfValue::ZERO,
         }
     }
 
@@ -195,6 +209,9 @@ impl Material {
             Self::Dielectric(m) => m.sample(site, from, mode, u),
             Self::Phong(m) => m.sample(site.uv, from, mode, u),
             Self::Layered(m) => m.sample(site, from, mode, u),
+            Self::Thin(m) => m.sample(site.uv, from, u.0),
+            Self::Plastic(m) => m.sample(site.uv, from, mode, u),
+            Self::Sided(m) => m.sample(site, from, mode, u),
             Self::Null => Some(null::pass(from)),
         }
     }
@@ -209,6 +226,9 @@ impl Material {
             Self::Dielectric(m) => m.albedo(uv),
             Self::Phong(m) => m.albedo(uv),
             Self::Layered(m) => m.albedo(uv),
+            Self::Thin(m) => m.albedo(uv),
+            Self::Plastic(m) => m.albedo(uv),
+            Self::Sided(m) => m.albedo(uv),
             Self::Null => Rgb::ONE,
         }
     }
@@ -222,6 +242,9 @@ impl Material {
             Self::Dielectric(m) => m.mean_albedo(),
             Self::Phong(m) => m.mean_albedo(),
             Self::Layered(m) => m.mean_albedo(),
+            Self::Thin(m) => m.mean_albedo(),
+            Self::Plastic(m) => m.mean_albedo(),
+            Self::Sided(m) => m.mean_albedo(),
             Self::Null => Rgb::ONE,
         }
     }
@@ -236,6 +259,9 @@ impl Material {
             Self::Dielectric(m) => m.albedo_bound(),
             Self::Phong(m) => m.albedo_bound(),
             Self::Layered(m) => m.albedo_bound(),
+            Self::Thin(m) => m.albedo_bound(),
+            Self::Plastic(m) => m.albedo_bound(),
+            Self::Sided(m) => m.albedo_bound(),
             Self::Null => 1.0,
         }
     }
@@ -263,7 +289,8 @@ impl Material {
         match self {
             Self::Dielectric(m) => Some((m.inside(), m.outside())),
             Self::Layered(m) => m.refraction(),
-            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) | Self::Phong(_) | Self::Null => None,
+            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) | Self::Phong(_) => None,
+            Self::Thin(_) | Self::Plastic(_) | Self::Sided(_) | Self::Null => None,
         }
     }
 
@@ -271,11 +298,12 @@ impl Material {
     #[inline(always)]
     pub fn has_smooth(&self) -> bool {
         match self {
-            Self::Diffuse(_) | Self::Phong(_) => true,
+            Self::Diffuse(_) | Self::Phong(_) | Self::Plastic(_) => true,
             Self::Conductor(m) => m.is_rough(),
             Self::Dielectric(m) => m.is_rough(),
             Self::Layered(m) => m.has_smooth(),
-            Self::Mirror(_) | Self::Null => false,
+            Self::Sided(m) => m.has_smooth(),
+            Self::Mirror(_) | Self::Thin(_) | Self::Null => false,
         }
     }
 
@@ -287,7 +315,9 @@ impl Material {
             Self::Conductor(m) => !m.is_rough(),
             Self::Dielectric(m) => !m.is_rough(),
             Self::Layered(m) => m.has_specular(),
-            Self::Mirror(_) | Self::Null => true,
+            Self::Plastic(m) => m.has_specular(),
+            Self::Sided(m) => m.has_specular(),
+            Self::Mirror(_) | Self::Thin(_) | Self::Null => true,
         }
     }
 }

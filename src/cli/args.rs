@@ -30,6 +30,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Tell what is in a scene: shapes, triangles, materials, lights, extent, warnings.
     Info(InfoArgs),
+    /// Turn a scene of Mitsuba 3, SmallUPBP or glTF into a scene file, which renders to the same pixels.
+    Import(ImportArgs),
     /// Write figures and page again, from the results on disk.
     Report(ReportArgs),
     /// List techniques and presets.
@@ -45,6 +47,17 @@ pub struct InfoArgs {
     /// As JSON, for programs.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `tyndall import`.
+#[derive(Args, Debug)]
+pub struct ImportArgs {
+    /// A Mitsuba 3 scene (.xml), SmallUPBP's (.obj beside .mtl and .obj.aux) or glTF 2.0 (.gltf, .glb).
+    #[arg(value_name = "IN")]
+    pub scene: PathBuf,
+    /// The scene file to write; its meshes and pictures go into a folder beside it.
+    #[arg(value_name = "OUT.toml")]
+    pub out: PathBuf,
 }
 
 /// `tyndall run`.

@@ -3,6 +3,7 @@
 pub mod args;
 pub mod compare;
 pub mod explain;
+pub mod import;
 pub mod info;
 pub mod merge;
 pub mod parse;
@@ -44,6 +45,7 @@ fn run(command: &Command) -> Result<Ending> {
         Command::Explain(args) => explain::run(args),
         Command::Compare(args) => compare(args),
         Command::Info(args) => info::run(args),
+        Command::Import(args) => import::run(args),
         Command::Report(args) => report(args),
         Command::Techniques => print(techniques::text()).map(|()| Ending::Done),
     }

@@ -12,7 +12,7 @@
 mod aabb;
 mod bvh;
 mod lathe;
-mod load;
+pub mod load;
 mod mesh;
 mod quadric;
 mod ray;

@@ -27,7 +27,7 @@ pub use directional::DirectionalLight;
 pub use environment::EnvironmentLight;
 pub use lights::Lights;
 pub use point::PointLight;
-pub use spot::SpotLight;
+pub use spot::{Falloff, SpotLight};
 
 use crate::math::Rgb;
 use glam::Vec3A;

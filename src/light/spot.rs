@@ -1,4 +1,4 @@
-//! A point that emits in a cone with a smooth edge.
+//! A point that emits in a cone with a soft edge.
 
 use super::{check_colour, check_direction, check_position};
 use crate::math::{Frame, Rgb};
@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3A};
 use std::f32::consts::PI;
 
 /// A spot light. Its intensity is the given one up to the inner angle, 0 from the cutoff angle on, and between them
-/// t²(3 − 2t) of it with t = (cos θ − cos cutoff) / (cos inner − cos cutoff). Directions are sampled with a density
+/// t²(3 − 2t) of it with t = (cos θ − cos cutoff) / (cos inner − cos cutoff), or (cutoff − θ)/(cutoff − inner). Directions are sampled with a density
 /// in proportion to that.
 ///
 /// Cosines are kept as h = 1 − cos, and that is computed as half the squared distance of two unit vectors, so that
@@ -20,8 +20,21 @@ pub struct SpotLight {
     h_inner: f32,
     /// 1 − cos of the cutoff angle.
     h_cutoff: f32,
-    /// ∫ falloff dω = 2π (h_inner + (h_cutoff − h_inner)/2), as the smooth step has the mean 1/2.
+    falloff: Falloff,
+    /// The inner angle and the cutoff, in radians.
+    angles: [f64; 2],
+    /// ∫ falloff dω.
     integral: f32,
+}
+
+/// How the intensity falls from the inner angle to the cutoff.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Falloff {
+    /// A smooth step of the cosine.
+    #[default]
+    Smooth,
+    /// In proportion to the angle.
+    Linear,
 }
 
 impl SpotLight {
@@ -54,8 +67,30 @@ impl SpotLight {
         }
         let h = |degrees: f32| 2.0 * (0.5 * f64::from(degrees).to_radians()).sin().powi(2);
         let (h_inner, h_cutoff) = (h(inner), h(cutoff));
+        // The smooth step has the mean 1/2.
         let integral = (std::f64::consts::PI * (h_inner + h_cutoff)) as f32;
-        Ok(Self { position, axis, intensity, h_inner: h_inner as f32, h_cutoff: h_cutoff as f32, integral })
+        Ok(Self {
+            position,
+            axis,
+            intensity,
+            h_inner: h_inner as f32,
+            h_cutoff: h_cutoff as f32,
+            falloff: Falloff::Smooth,
+            angles: [inner, cutoff].map(|a| f64::from(a).to_radians()),
+            integral,
+        })
+    }
+
+    /// The same with another falloff.
+    pub fn with_falloff(mut self, falloff: Falloff) -> Self {
+        let [inner, cutoff] = self.angles;
+        let edge = match falloff {
+            Falloff::Smooth => 0.5 * f64::from(self.h_cutoff - self.h_inner),
+            Falloff::Linear => linear_edge(inner, cutoff, cutoff),
+        };
+        self.falloff = falloff;
+        self.integral = (2.0 * std::f64::consts::PI * (f64::from(self.h_inner) + edge)) as f32;
+        self
     }
 
     /// Power in W.
@@ -72,8 +107,18 @@ impl SpotLight {
         } else if h >= self.h_cutoff {
             0.0
         } else {
-            let t = (self.h_cutoff - h) / (self.h_cutoff - self.h_inner);
-            t * t * (3.0 - 2.0 * t)
+            match self.falloff {
+                Falloff::Smooth => {
+                    let t = (self.h_cutoff - h) / (self.h_cutoff - self.h_inner);
+                    t * t * (3.0 - 2.0 * t)
+                }
+                Falloff::Linear => {
+                    let [inner, cutoff] = self.angles;
+                    // h = 2 sin²(θ/2).
+                    let angle = 2.0 * (0.5 * f64::from(h)).sqrt().min(1.0).asin();
+                    ((cutoff - angle) / (cutoff - inner)).clamp(0.0, 1.0) as f32
+                }
+            }
         }
     }
 
@@ -93,10 +138,15 @@ impl SpotLight {
     #[inline]
     pub(super) fn sample_direction(&self, u: Vec2) -> Vec3A {
         // The part within the inner angle, and the edge, have these integrals over h.
-        let edge = 0.5 * (self.h_cutoff - self.h_inner);
+        let edge = match self.falloff {
+            Falloff::Smooth => 0.5 * (self.h_cutoff - self.h_inner),
+            Falloff::Linear => self.integral / (2.0 * PI) - self.h_inner,
+        };
         let x = u.x * (self.h_inner + edge);
         let h = if x < self.h_inner {
             x
+        } else if self.falloff == Falloff::Linear {
+            inverse_linear_edge(self.angles, f64::from(x - self.h_inner))
         } else {
             let t = inverse_smooth_step_integral(((x - self.h_inner) / edge).min(1.0));
             self.h_inner + (1.0 - t) * (self.h_cutoff - self.h_inner)
@@ -105,6 +155,25 @@ impl SpotLight {
         let (sin, cos) = (2.0 * PI * u.y).sin_cos();
         Frame::from_normal(self.axis).to_world(Vec3A::new(r * cos, r * sin, 1.0 - h))
     }
+}
+
+/// ∫ (cutoff − t)/(cutoff − inner) sin t dt from the inner angle to `angle`.
+fn linear_edge(inner: f64, cutoff: f64, angle: f64) -> f64 {
+    if cutoff <= inner {
+        return 0.0;
+    }
+    let parts = (cutoff - inner) * inner.cos() - (cutoff - angle) * angle.cos() - (angle.sin() - inner.sin());
+    parts / (cutoff - inner)
+}
+
+/// 1 − cos of the angle up to which [`linear_edge`] is `integral`: by halving, as it grows with the angle.
+fn inverse_linear_edge([inner, cutoff]: [f64; 2], integral: f64) -> f32 {
+    let (mut low, mut high) = (inner, cutoff);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if linear_edge(inner, cutoff, middle) < integral { low = middle } else { high = middle }
+    }
+    (2.0 * (0.25 * (low + high)).sin().powi(2)) as f32
 }
 
 /// The t for which a share `1 − v` of the smooth step's integral over [0, 1] lies below t: 2t³ − t⁴ = 1 − v.

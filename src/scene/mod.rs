@@ -1,6 +1,7 @@
 //! The runtime scene: what transport asks.
 
 pub mod file;
+pub mod import;
 pub mod info;
 pub mod inside;
 pub mod passage;

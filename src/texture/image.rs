@@ -3,7 +3,7 @@
 use super::load::{self, Encoding};
 use crate::Result;
 use crate::math::Rgb;
-use glam::{Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3};
 use std::path::Path;
 
 /// What lies outside of the unit square of (u, v).
@@ -27,6 +27,8 @@ pub struct ImageTexture {
     average: Vec3,
     min: Vec3,
     max: Vec3,
+    /// What becomes of texture coordinates first.
+    uv: Option<Affine2>,
 }
 
 impl ImageTexture {
@@ -45,13 +47,19 @@ impl ImageTexture {
         let average = (sum / texels.len() as f64).as_vec3();
         let min = texels.iter().copied().reduce(Vec3::min).expect("there are texels");
         let max = texels.iter().copied().reduce(Vec3::max).expect("there are texels");
-        Ok(Self { width, height, wrap, texels, average, min, max })
+        Ok(Self { width, height, wrap, texels, average, min, max, uv: None })
     }
 
     /// From a PNG, EXR or HDR file; see [`load::read`] for what is understood and what fails.
     pub fn load(path: &Path, encoding: Encoding, wrap: Wrap) -> Result<Self> {
         let raster = load::read(path, encoding)?;
         Self::new(raster.width, raster.height, raster.texels, wrap).map_err(|e| crate::Error::file(path, e))
+    }
+
+    /// The same with texture coordinates that go through `uv` first.
+    pub fn with_uv(mut self, uv: Affine2) -> Self {
+        self.uv = Some(uv);
+        self
     }
 
     /// Width in texels.
@@ -111,6 +119,7 @@ impl ImageTexture {
     /// The colour at `uv`, bilinear between texel centres.
     #[inline]
     pub fn eval(&self, uv: Vec2) -> Rgb {
+        let uv = self.uv.map_or(uv, |map| map.transform_point2(uv));
         if !uv.is_finite() {
             return self.average();
         }

@@ -1,15 +1,15 @@
-//! Image files as linear RGB: PNG (8 and 16 bits), OpenEXR and Radiance HDR.
+//! Image files as linear RGB: PNG (8 and 16 bits), JPEG, OpenEXR and Radiance HDR.
 
 use crate::{Error, Result};
 use std::path::Path;
 
-/// How a file's numbers stand for light. Only PNG has a choice: EXR and HDR files are linear.
+/// How a file's numbers stand for light. Only PNG and JPEG have a choice: EXR and HDR files are linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
-    /// Colours: PNG values are decoded by the sRGB curve.
+    /// Colours: their values are decoded by the sRGB curve.
     #[default]
     Srgb,
-    /// Data: PNG values are divided by their maximum and nothing else.
+    /// Data: their values are divided by their maximum and nothing else.
     Linear,
 }
 
@@ -31,25 +31,54 @@ pub fn srgb_to_linear(encoded: f32) -> f32 {
     linear as f32
 }
 
-/// Reads a PNG, EXR or HDR file (by its ending, in any case). Grey images fill all three channels; alpha is ignored.
+/// Reads a PNG, JPEG, EXR or HDR file (by its ending, in any case). Grey images fill all three channels; alpha is ignored.
 /// An error names the file where it is missing, of another kind, damaged or cut short.
 pub fn read(path: &Path, encoding: Encoding) -> Result<Raster> {
-    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    match ending.as_str() {
-        "png" | "hdr" | "exr" => {}
-        _ => return Err(Error::file(path, "not a kind of image that can be read; use .png, .exr or .hdr")),
+    if kind(path).is_none() {
+        return Err(unknown(path));
     }
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the image", &e))?;
-    match ending.as_str() {
-        "png" => read_png(path, &bytes, encoding),
-        "hdr" => read_hdr(path, &bytes),
-        _ => read_exr(path, &bytes),
+    decode(path, &bytes, encoding)
+}
+
+/// As [`read`], of a file's bytes; `path` is for its ending and for messages.
+pub fn decode(path: &Path, bytes: &[u8], encoding: Encoding) -> Result<Raster> {
+    match kind(path) {
+        Some(Kind::Png) => read_low(path, bytes, image::ImageFormat::Png, encoding),
+        Some(Kind::Jpeg) => read_low(path, bytes, image::ImageFormat::Jpeg, encoding),
+        Some(Kind::Hdr) => read_hdr(path, bytes),
+        Some(Kind::Exr) => read_exr(path, bytes),
+        None => Err(unknown(path)),
     }
 }
 
-fn read_png(path: &Path, bytes: &[u8], encoding: Encoding) -> Result<Raster> {
-    let image = image::load_from_memory_with_format(bytes, image::ImageFormat::Png)
-        .map_err(|e| Error::file(path, format!("cannot read the PNG image: {e}")))?;
+enum Kind {
+    Png,
+    Jpeg,
+    Hdr,
+    Exr,
+}
+
+fn kind(path: &Path) -> Option<Kind> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match ending.as_str() {
+        "png" => Some(Kind::Png),
+        "jpg" | "jpeg" => Some(Kind::Jpeg),
+        "hdr" => Some(Kind::Hdr),
+        "exr" => Some(Kind::Exr),
+        _ => None,
+    }
+}
+
+fn unknown(path: &Path) -> Error {
+    Error::file(path, "not a kind of image that can be read; use .png, .jpg, .exr or .hdr")
+}
+
+/// PNG and JPEG: numbers of few bits.
+fn read_low(path: &Path, bytes: &[u8], format: image::ImageFormat, encoding: Encoding) -> Result<Raster> {
+    let name = if format == image::ImageFormat::Png { "PNG" } else { "JPEG" };
+    let image = image::load_from_memory_with_format(bytes, format)
+        .map_err(|e| Error::file(path, format!("cannot read the {name} image: {e}")))?;
     let decode = |v: f32| match encoding {
         Encoding::Srgb => srgb_to_linear(v),
         Encoding::Linear => v,

@@ -12,7 +12,7 @@ pub use image::{ImageTexture, Wrap};
 pub use load::Encoding;
 
 use crate::math::{Rgb, RgbExt};
-use glam::{Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 
 /// A colour at each (u, v). Sixteen bytes, cheap to clone: an image is shared.
@@ -35,6 +35,8 @@ pub struct Checker {
     pub odd: Vec3,
     /// Squares per unit of u and of v.
     pub scale: Vec2,
+    /// What becomes of texture coordinates first.
+    pub uv: Affine2,
 }
 
 impl Texture {
@@ -53,15 +55,16 @@ impl Texture {
         Self::Image(Arc::new(image))
     }
 
-    /// Squares of `even` and `odd` in turn, `scale` of them per unit of u and of v (positive and finite).
-    pub fn checker(even: Rgb, odd: Rgb, scale: Vec2) -> Result<Self, String> {
+    /// Squares of `even` and `odd` in turn, `scale` of them per unit of u and of v (positive and finite), of texture
+    /// coordinates that go through `uv` first.
+    pub fn checker(even: Rgb, odd: Rgb, scale: Vec2, uv: Affine2) -> Result<Self, String> {
         if !(scale.is_finite() && scale.min_element() > 0.0) {
             return Err(format!(
                 "checker scale must be positive and finite, found [{}, {}]",
                 scale.x, scale.y
             ));
         }
-        Ok(Self::Checker(Arc::new(Checker { even: even.into(), odd: odd.into(), scale })))
+        Ok(Self::Checker(Arc::new(Checker { even: even.into(), odd: odd.into(), scale, uv })))
     }
 
     /// The colour at `uv`.
@@ -150,7 +153,7 @@ impl Checker {
     /// The colour at `uv`.
     #[inline]
     pub fn eval(&self, uv: Vec2) -> Rgb {
-        let cell = (uv * self.scale).floor();
+        let cell = (self.uv.transform_point2(uv) * self.scale).floor();
         // Parity in floating point: exact up to 2^24, and no overflow beyond it.
         let odd = (cell.x + cell.y).rem_euclid(2.0) >= 1.0;
         Rgb::from(if odd { self.odd } else { self.even })

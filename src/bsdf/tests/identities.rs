@@ -131,7 +131,8 @@ fn no_material_makes_energy() {
                 // 5 standard errors (3e-7 each) and rounding.
                 let most = mean.max_element();
                 assert!(most <= limit + 5.0 * error + 1e-4, "{} {mode:?} {from}: {most}", row.name);
-                assert!(most > 0.0, "{} {mode:?} {from} is black", row.name);
+                let may_be_black = matches!(row.material, Material::Sided(_)) && from.z < 0.0;
+                assert!(most > 0.0 || may_be_black, "{} {mode:?} {from} is black", row.name);
             }
         }
     }
@@ -205,7 +206,8 @@ fn extreme_directions_give_numbers() {
 
 #[test]
 fn opaque_materials_are_the_same_from_both_sides() {
-    for row in smooth().iter().filter(|r| r.eta == 1.0) {
+    let one_way = |row: &&Row| !matches!(row.material, Material::Sided(_));
+    for row in smooth().iter().filter(|r| r.eta == 1.0).filter(one_way) {
         let mut s = stream(5);
         for _ in 0..2000 {
             let (a, b, u) = (any_direction(&mut s), any_direction(&mut s), uniforms(&mut s));

@@ -43,7 +43,7 @@ fn parameters_out_of_range_are_refused_by_name() {
     refused(Layered::new(vec![]), "at least one");
     refused(Layered::new(vec![(1.0, Material::Null)]), "null");
     refused(Layered::new(vec![(1.0, layered(vec![(1.0, mirror(1.0))]))]), "layered");
-    refused(Texture::checker(Rgb::ONE, Rgb::ZERO, Vec2::new(0.0, 1.0)), "scale");
+    refused(Texture::checker(Rgb::ONE, Rgb::ZERO, Vec2::new(0.0, 1.0), glam::Affine2::IDENTITY), "scale");
 }
 
 #[test]
@@ -79,7 +79,9 @@ fn metals_have_their_colours() {
 
 #[test]
 fn going_on_depends_on_the_point() {
-    let checker = Texture::checker(Rgb::splat(0.2), Rgb::new(0.1, 0.9, 0.3), Vec2::splat(2.0)).unwrap();
+    let checker =
+        Texture::checker(Rgb::splat(0.2), Rgb::new(0.1, 0.9, 0.3), Vec2::splat(2.0), glam::Affine2::IDENTITY)
+            .unwrap();
     let material = Material::Diffuse(Diffuse::new(checker).unwrap());
     assert_eq!(material.continuation(Vec2::new(0.1, 0.1)), 0.2);
     assert_eq!(material.continuation(Vec2::new(0.6, 0.1)), 0.9);

@@ -48,6 +48,27 @@ pub fn mirror(v: f32) -> Material {
     Material::Mirror(Mirror::new(grey(v)).unwrap())
 }
 
+pub fn plastic(roughness: f32, nonlinear: bool) -> Material {
+    let settings = PlasticSettings {
+        diffuse: rgb(0.7, 0.3, 0.1),
+        specular: rgb(0.9, 1.0, 0.8),
+        ior: 1.5,
+        exterior_ior: 1.0,
+        roughness,
+        masking: Masking::Separable,
+        nonlinear,
+    };
+    Material::Plastic(Box::new(Plastic::new(settings).unwrap()))
+}
+
+pub fn sided(front: Option<Material>, back: Option<Material>) -> Material {
+    Material::Sided(Sided::new(front, back).unwrap())
+}
+
+pub fn pane(ior: f32) -> Material {
+    Material::Thin(Thin::new(ior, 1.0, rgb(0.9, 1.0, 0.5), rgb(0.4, 0.6, 0.8)).unwrap())
+}
+
 fn row(name: &str, material: Material, eta: f32) -> Row {
     Row { name: name.to_owned(), material, eta }
 }
@@ -65,6 +86,12 @@ pub fn broad() -> Vec<Row> {
         row("rough bubble", glass(0.75, 0.4), 0.75),
         row("rough tinted glass", tinted_glass(0.5), 1.6 / 1.2),
         row("phong", phong(15.0), 1.0),
+        row("plastic", plastic(0.0, false), 1.0),
+        row("deep plastic", plastic(0.0, true), 1.0),
+        row("rough plastic", plastic(0.3, true), 1.0),
+        row("two faces", sided(Some(diffuse(0.2, 0.9, 0.5)), Some(metal("gold", 0.3))), 1.0),
+        row("one face", sided(Some(plastic(0.4, false)), None), 1.0),
+        row("half a diffuse surface", layered(vec![(0.6, diffuse(0.2, 0.9, 0.5)), (0.4, pane(1.0))]), 1.0),
         row(
             "varnish: diffuse, rough copper, mirror",
             layered(vec![(0.5, diffuse(0.8, 0.2, 0.1)), (0.3, metal("copper", 0.4)), (0.2, mirror(1.0))]),
@@ -99,6 +126,9 @@ pub fn all() -> Vec<Row> {
         row("bubble", glass(0.7, 0.0), 0.7),
         row("matched glass", glass(1.0, 0.0), 1.0),
         row("tinted glass", tinted_glass(0.0), 1.6 / 1.2),
+        row("pane", pane(1.5), 1.0),
+        row("share of nothing", pane(1.0), 1.0),
+        row("mirror before diffuse", sided(Some(mirror(0.8)), Some(diffuse(0.2, 0.9, 0.5))), 1.0),
         row("null", Material::Null, 1.0),
     ]);
     rows

@@ -1,6 +1,6 @@
 //! Meshes from files.
 
-mod obj;
+pub mod obj;
 mod ply;
 #[cfg(test)]
 mod tests;

@@ -119,10 +119,10 @@ fn what_a_sample_says_is_what_the_functions_say() {
     // One light a shape and one environment: the first two of the names are of the same shape.
     lights.retain(|l| !matches!(l, Light::Area(a) if !a.two_sided));
     lights.retain(|l| !matches!(l, Light::Environment(e) if e.pdf(Vec3A::X) == e.pdf(Vec3A::Y)));
-    assert_eq!(lights.len(), 8);
+    assert_eq!(lights.len(), 10);
     let lights = Lights::new(lights, &geometry).unwrap();
     let mut s = stream(6);
-    let mut seen = [0; 8];
+    let mut seen = [0; 10];
     for _ in 0..100_000 {
         let Some(e) = emit(&lights, &geometry, &mut s) else { continue };
         seen[e.point.light as usize] += 1;

@@ -45,6 +45,13 @@ pub fn spot(inner: f32, cutoff: f32) -> Light {
     Light::Spot(SpotLight::new(position, spot_axis(), colour(), inner, cutoff).unwrap())
 }
 
+pub fn linear_spot(inner: f32, cutoff: f32) -> Light {
+    match spot(inner, cutoff) {
+        Light::Spot(light) => Light::Spot(light.with_falloff(crate::light::Falloff::Linear)),
+        other => other,
+    }
+}
+
 pub fn spot_axis() -> Vec3A {
     Vec3A::new(0.1, -1.0, 0.3).normalize()
 }
@@ -89,6 +96,8 @@ pub fn every_light() -> Vec<(&'static str, Light)> {
         ("spot", spot(20.0, 35.0)),
         ("hard spot", spot(50.0, 50.0)),
         ("soft wide spot", spot(0.0, 90.0)),
+        ("linear spot", linear_spot(20.0, 35.0)),
+        ("linear hard spot", linear_spot(50.0, 50.0)),
         ("directional", directional()),
         ("constant", constant()),
         ("image", Light::Environment(image())),

@@ -1,21 +1,31 @@
 //! What the parts of a scene file share while they are turned into a scene.
 
+use super::assets::{Asset, Assets};
 use super::source::{Source, Span, allowed};
 use crate::error::{Error, Result};
+use crate::geometry::TriangleMesh;
+use crate::texture::load::{self, Encoding, Raster};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
+
+/// Endings of image files that can be read.
+pub(super) const IMAGES: [&str; 5] = [".png", ".jpg", ".jpeg", ".exr", ".hdr"];
+/// Endings of mesh files that can be read.
+const MESHES: [&str; 2] = [".obj", ".ply"];
 
 /// The file, what has been read besides it, and what looked odd.
 #[derive(Debug)]
 pub(super) struct Context<'a> {
     pub source: &'a Source,
+    /// Files that are there without being on disk under their names.
+    assets: &'a Assets,
     pub dependencies: Vec<PathBuf>,
     pub warnings: Vec<String>,
 }
 
 impl<'a> Context<'a> {
-    pub fn new(source: &'a Source) -> Self {
-        Self { source, dependencies: vec![source.path().to_owned()], warnings: Vec::new() }
+    pub fn new(source: &'a Source, assets: &'a Assets) -> Self {
+        Self { source, assets, dependencies: vec![source.path().to_owned()], warnings: Vec::new() }
     }
 
     /// Something odd at a place in the file that can be rendered all the same.
@@ -27,7 +37,10 @@ impl<'a> Context<'a> {
     /// The path of a file that the scene refers to, which is relative to the scene file. An error at that place if it
     /// is not there, with the names of files in that folder that end like one of `endings`.
     pub fn find_file(&mut self, file: &Spanned<String>, what: &str, endings: &[&str]) -> Result<PathBuf> {
-        let path = self.source.folder().join(file.get_ref());
+        let path = match self.assets.get(file.get_ref()) {
+            Some(Asset::File(path)) => path.clone(),
+            _ => self.source.folder().join(file.get_ref()),
+        };
         if path.is_file() {
             if !self.dependencies.contains(&path) {
                 self.dependencies.push(path.clone());
@@ -43,6 +56,26 @@ impl<'a> Context<'a> {
             false => format!("in {}, {}", folder.display(), allowed(what, &name, &beside)),
         };
         Err(self.source.error(file.span(), format!("there is no {what} `{}`; {hint}", file.get_ref())))
+    }
+
+    /// Reads an image that the scene refers to.
+    pub fn image(&mut self, file: &Spanned<String>, encoding: Encoding) -> Result<Raster> {
+        let assets = self.assets;
+        let raster = match assets.get(file.get_ref()) {
+            Some(Asset::Bytes(bytes)) => load::decode(Path::new(file.get_ref()), bytes, encoding),
+            _ => load::read(&self.find_file(file, "image", &IMAGES)?, encoding),
+        };
+        raster.map_err(|e| self.used_at(file.span(), e))
+    }
+
+    /// Reads a mesh that the scene refers to.
+    pub fn mesh(&mut self, file: &Spanned<String>) -> Result<TriangleMesh> {
+        let assets = self.assets;
+        let mesh = match assets.get(file.get_ref()) {
+            Some(Asset::Mesh(mesh)) => return Ok(mesh.clone()),
+            _ => TriangleMesh::load(self.find_file(file, "mesh", &MESHES)?),
+        };
+        mesh.map_err(|e| self.used_at(file.span(), e))
     }
 
     /// An error inside a file that the scene refers to, with the place of the reference.

@@ -1,12 +1,12 @@
 //! Lights of a scene file that are not shapes.
 
 use super::context::Context;
-use super::schema::{EnvironmentDef, LightDef, SpotDef};
+use super::schema::{EnvironmentDef, FalloffKind, LightDef, SpotDef};
 use super::source::Span;
-use super::textures::IMAGES;
+use super::transform;
 use crate::error::Result;
-use crate::light::{DirectionalLight, EnvironmentLight, Light, PointLight, SpotLight};
-use crate::texture::{self, load};
+use crate::light::{DirectionalLight, EnvironmentLight, Falloff, Light, PointLight, SpotLight};
+use crate::texture::Encoding;
 use glam::Mat3A;
 use toml::Spanned;
 
@@ -51,7 +51,7 @@ pub(super) fn build(context: &mut Context, defs: &[Spanned<LightDef>]) -> Result
 }
 
 fn spot_light(context: &Context, def: &Spanned<SpotDef>) -> Result<SpotLight> {
-    let SpotDef { position, target, intensity, inner, cutoff } = def.get_ref();
+    let SpotDef { position, target, intensity, inner, cutoff, falloff } = def.get_ref();
     let axis = target.0 - position.0;
     if axis.try_normalize().is_none() {
         return Err(context
@@ -61,27 +61,30 @@ fn spot_light(context: &Context, def: &Spanned<SpotDef>) -> Result<SpotLight> {
     let cutoff_angle = cutoff.as_ref().map_or(DEFAULT_CUTOFF, |c| c.get_ref().get());
     let inner_angle = inner.as_ref().map_or(0.75 * cutoff_angle, |i| i.get_ref().get());
     let span = inner.as_ref().map(Spanned::span).or(cutoff.as_ref().map(Spanned::span)).unwrap_or(def.span());
-    context.at(span, SpotLight::new(position.0, axis, intensity.0, inner_angle, cutoff_angle))
+    let falloff = match falloff {
+        FalloffKind::Smooth => Falloff::Smooth,
+        FalloffKind::Linear => Falloff::Linear,
+    };
+    let light = SpotLight::new(position.0, axis, intensity.0, inner_angle, cutoff_angle);
+    context.at(span, light.map(|light| light.with_falloff(falloff)))
 }
 
 fn environment_light(context: &mut Context, def: &Spanned<EnvironmentDef>) -> Result<EnvironmentLight> {
-    let EnvironmentDef { radiance, image, scale, rotation } = def.get_ref();
+    let EnvironmentDef { radiance, image, scale, rotation, transform: steps } = def.get_ref();
     match (radiance, image) {
-        (Some(radiance), None) if scale.is_none() && rotation.is_none() => {
+        (Some(radiance), None) if scale.is_none() && rotation.is_none() && steps.is_empty() => {
             context.at(def.span(), EnvironmentLight::constant(radiance.0))
         }
         (None, Some(file)) => {
-            let path = context.find_file(file, "image", &IMAGES)?;
-            let raster =
-                load::read(&path, texture::Encoding::Srgb).map_err(|e| context.used_at(file.span(), e))?;
+            let raster = context.image(file, Encoding::Srgb)?;
             let (width, height) = (raster.width as usize, raster.height as usize);
             let turn = Mat3A::from_rotation_y(rotation.map_or(0.0, |r| r.get()).to_radians());
+            let turn = transform::compose(context.source, steps)?.matrix3 * turn;
             let scale = scale.map_or(1.0, |s| s.get());
             context.at(file.span(), EnvironmentLight::image(width, height, raster.texels, turn, scale))
         }
         _ => {
-            let message =
-                "an environment has either `radiance`, or `image` with `scale` and `rotation` as you like";
+            let message = "an environment has either `radiance`, or `image` with `scale`, `rotation` and `transform` as you like";
             Err(context.source.error(def.span(), message))
         }
     }

@@ -1,10 +1,15 @@
 //! Materials of a scene file.
 
 use super::context::Context;
-use super::schema::{ConductorDef, DielectricDef, LayeredDef, MaskingKind, MaterialDef, Named};
+use super::schema::{
+    ConductorDef, DielectricDef, LayeredDef, MaskingKind, MaterialDef, Named, PlasticDef, SidedDef,
+};
 use super::source::Span;
 use super::textures::Textures;
-use crate::bsdf::{Conductor, Dielectric, Diffuse, Layered, Masking, Material, Mirror, Phong, metals};
+use crate::bsdf::{
+    Conductor, Dielectric, Diffuse, Layered, Masking, Material, Mirror, Phong, Plastic, PlasticSettings,
+    Sided, Thin, metals,
+};
 use crate::error::Result;
 use crate::math::Rgb;
 use toml::Spanned;
@@ -25,11 +30,17 @@ impl Materials {
         let mut built: Vec<Option<Material>> = Vec::new();
         for (name, def) in &defs.0 {
             built.push(match def.get_ref() {
-                MaterialDef::Layered(_) => None,
+                MaterialDef::Layered(_) | MaterialDef::Sided(_) => None,
                 other => Some(simple(context, textures, name.span(), other)?),
             });
         }
         let mut materials = Self { used: vec![false; built.len()], ..Self::default() };
+        // Layers may be sided, but no side is a sum.
+        for i in 0..built.len() {
+            if let MaterialDef::Sided(def) = defs.0[i].1.get_ref() {
+                built[i] = Some(sided(context, defs, &built, def, &mut materials.used)?);
+            }
+        }
         for (i, (name, def)) in defs.0.iter().enumerate() {
             let material = match (def.get_ref(), &built[i]) {
                 (MaterialDef::Layered(def), _) => layered(context, defs, &built, def, &mut materials.used)?,
@@ -110,7 +121,14 @@ fn simple(context: &mut Context, textures: &mut Textures, span: Span, def: &Mate
             let specular = textures.get(context, "specular", &def.specular, 0.0)?;
             context.at(span, Phong::new(diffuse, specular, def.exponent.get())).map(Material::Phong)
         }
-        MaterialDef::Layered(_) | MaterialDef::Null(_) => Ok(Material::Null),
+        MaterialDef::Thin(def) => {
+            let reflectance = textures.get(context, "reflectance", &def.reflectance, 1.0)?;
+            let transmittance = textures.get(context, "transmittance", &def.transmittance, 1.0)?;
+            let (ior, around) = (number(def.ior, 1.5), number(def.exterior_ior, 1.0));
+            context.at(span, Thin::new(ior, around, reflectance, transmittance)).map(Material::Thin)
+        }
+        MaterialDef::Plastic(def) => plastic(context, textures, span, def),
+        MaterialDef::Layered(_) | MaterialDef::Sided(_) | MaterialDef::Null(_) => Ok(Material::Null),
     }
 }
 
@@ -148,7 +166,6 @@ fn dielectric(
     span: Span,
     def: &DielectricDef,
 ) -> Result<Material> {
-    let number = |x: Option<super::values::Positive>, default| x.map_or(default, |x| x.get());
     let reflectance = textures.get(context, "reflectance", &def.reflectance, 1.0)?;
     let transmittance = textures.get(context, "transmittance", &def.transmittance, 1.0)?;
     let roughness = def.roughness.map_or(0.0, |r| r.get());
@@ -160,6 +177,46 @@ fn dielectric(
     });
     let built = built.map(|dielectric| dielectric.with_masking(masking(def.masking)));
     context.at(span, built).map(Material::Dielectric)
+}
+
+fn number(x: Option<super::values::Positive>, default: f32) -> f32 {
+    x.map_or(default, |x| x.get())
+}
+
+fn plastic(context: &mut Context, textures: &mut Textures, span: Span, def: &PlasticDef) -> Result<Material> {
+    let settings = PlasticSettings {
+        diffuse: textures.get(context, "diffuse", &def.diffuse, 0.5)?,
+        specular: textures.get(context, "specular", &def.specular, 1.0)?,
+        ior: number(def.ior, 1.5),
+        exterior_ior: number(def.exterior_ior, 1.0),
+        roughness: def.roughness.map_or(0.0, |r| r.get()),
+        masking: masking(def.masking),
+        nonlinear: def.nonlinear,
+    };
+    context.at(span, Plastic::new(settings)).map(|plastic| Material::Plastic(Box::new(plastic)))
+}
+
+/// One material outside, another one inside; marks them as used.
+fn sided(
+    context: &Context,
+    defs: &Named<MaterialDef>,
+    built: &[Option<Material>],
+    def: &SidedDef,
+    used: &mut [bool],
+) -> Result<Material> {
+    let mut face = |name: &Option<toml::Spanned<String>>| {
+        let Some(name) = name else { return Ok(None) };
+        let Some(i) = defs.names().position(|n| n == name.get_ref()) else {
+            return Err(context.source.unknown_name(name.span(), "material", name.get_ref(), defs.names()));
+        };
+        used[i] = true;
+        // Whether it can be a side is for `Sided` to say, but a sum is not built yet.
+        let material = built[i].clone().ok_or("a side can be neither layered nor sided itself".to_owned());
+        let material = material.and_then(|m| Sided::new(Some(m.clone()), None).map(|_| m));
+        context.at(name.span(), material).map(Some)
+    };
+    let (front, back) = (face(&def.front)?, face(&def.back)?);
+    context.at(0..0, Sided::new(front, back)).map(Material::Sided)
 }
 
 fn masking(kind: MaskingKind) -> Masking {

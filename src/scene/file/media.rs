@@ -115,6 +115,7 @@ fn phase(context: &Context, def: &PhaseDef) -> Result<Phase> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::assets::Assets;
     use super::super::source::Source;
     use super::*;
     use glam::Vec3A;
@@ -134,7 +135,8 @@ mod tests {
     fn both_forms_are_read_and_scaled() {
         let source = Source::from_text("a.toml", TEXT);
         let file: File = source.parse().unwrap_or_else(|e| panic!("{e}"));
-        let media = Media::load(&mut Context::new(&source), &file.medium).unwrap_or_else(|e| panic!("{e}"));
+        let media = Media::load(&mut Context::new(&source, &Assets::new()), &file.medium)
+            .unwrap_or_else(|e| panic!("{e}"));
         let [milk, fog] = [0, 1].map(|i| media.all[i].summary());
         assert_eq!((milk.sigma_t, milk.sigma_s), (Vec3A::new(3.0, 6.0, 12.0), Vec3A::new(1.5, 3.0, 6.0)));
         assert_eq!((milk.emission, milk.phase.as_str()), (Vec3A::splat(7.0), "isotropic"));
@@ -146,7 +148,8 @@ mod tests {
     fn names_are_found_or_refused_with_the_nearest() {
         let source = Source::from_text("a.toml", TEXT);
         let file: File = source.parse().unwrap_or_else(|e| panic!("{e}"));
-        let mut context = Context::new(&source);
+        let assets = Assets::new();
+        let mut context = Context::new(&source, &assets);
         let mut media = Media::load(&mut context, &file.medium).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(media.names(), ["milk", "fog"]);
         assert_eq!(media.index(&context, &file.inside).unwrap_or_else(|e| panic!("{e}")), 1);
@@ -154,7 +157,8 @@ mod tests {
         assert_eq!(unused, ["milk"]);
         let source = Source::from_text("a.toml", TEXT.replacen("'fog'", "'fgo'", 1));
         let file: File = source.parse().unwrap_or_else(|e| panic!("{e}"));
-        let context = Context::new(&source);
+        let assets = Assets::new();
+        let context = Context::new(&source, &assets);
         let message = media.index(&context, &file.inside).expect_err("no such medium").to_string();
         assert!(
             message.starts_with("a.toml:1:10: there is no medium `fgo`; known: `milk`, `fog`"),

@@ -4,6 +4,7 @@
 //! column: TOML to checked values ([`source`], [`values`]); names to what they stand for, and files that the scene
 //! refers to; and the whole, which has to have a camera and a light, and solids that can be told apart.
 
+pub mod assets;
 mod camera;
 mod choice;
 mod context;
@@ -23,7 +24,9 @@ pub mod values;
 use crate::error::{Error, Result, nearest};
 use crate::geometry::Geometry;
 use crate::light::{Light, Lights};
+use crate::scene::import;
 use crate::scene::{Inside, RenderDefaults, Scene, SceneNotes, Solids, Traits};
+use assets::Assets;
 use context::Context;
 use glam::UVec2;
 use materials::Materials;
@@ -83,12 +86,31 @@ fn known_scenes(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Reads a scene; see [`resolve`] for what `scene` may be.
+/// Reads a scene, ours or another's (see [`import`]); see [`resolve`] for what `scene` may be.
 ///
 /// # Errors
 /// With file, line and column where something is wrong in the scene file or in a file that it refers to.
 pub fn load(scene: &Path, overrides: &Overrides) -> Result<Scene> {
-    from_source(&Source::read(&resolve(scene)?)?, overrides)
+    let path = resolve(scene)?;
+    match import::Format::of(&path) {
+        None => from_source(&Source::read(&path)?, overrides),
+        Some(format) => from_import(&format.read(&path)?, overrides),
+    }
+}
+
+/// Makes a scene of what an importer read.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_import(imported: &import::Imported, overrides: &Overrides) -> Result<Scene> {
+    let mut scene = build(&imported.source, &imported.assets, overrides)?;
+    scene.warnings.splice(0..0, imported.warnings.iter().cloned());
+    for file in &imported.files {
+        if !scene.dependencies.contains(file) {
+            scene.dependencies.push(file.clone());
+        }
+    }
+    Ok(scene)
 }
 
 /// Makes a scene of the text of a scene file that has been read already.
@@ -96,8 +118,12 @@ pub fn load(scene: &Path, overrides: &Overrides) -> Result<Scene> {
 /// # Errors
 /// As [`load`].
 pub fn from_source(source: &Source, overrides: &Overrides) -> Result<Scene> {
+    build(source, &Assets::new(), overrides)
+}
+
+fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scene> {
     let file: SceneFile = source.parse()?;
-    let mut context = Context::new(source);
+    let mut context = Context::new(source, assets);
     let camera = camera::build(&context, &file.film, file.camera.as_ref(), overrides)?;
     let defaults = defaults(&context, &file.render)?;
     let mut textures = Textures::load(&mut context, &file.texture)?;

@@ -16,8 +16,6 @@ const DEFAULT_SEGMENTS: u32 = 64;
 /// Some 3 GB: more is a slip of the pen.
 const MAX_LATHE_POINTS: u64 = 1 << 25;
 const DEFAULT_CREASE: f32 = 40.0;
-/// Endings of mesh files that can be read.
-const MESHES: [&str; 2] = [".obj", ".ply"];
 
 /// What the shapes of a file come to, by index of the shape.
 #[derive(Debug, Default)]
@@ -151,8 +149,7 @@ fn block(def: &BoxDef) -> Result<ShapeDesc, String> {
 }
 
 fn from_file(context: &mut Context, def: &MeshDef) -> Result<ShapeDesc> {
-    let path = context.find_file(&def.file, "mesh", &MESHES)?;
-    let mesh = TriangleMesh::load(&path).map_err(|e| context.used_at(def.file.span(), e))?;
+    let mesh = context.mesh(&def.file)?;
     Ok(ShapeDesc::Mesh(match def.smooth {
         Some(false) => mesh.faceted(),
         Some(true) if mesh.normals().is_none() => mesh.smoothed(),

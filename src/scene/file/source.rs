@@ -4,12 +4,28 @@ use crate::error::{Error, Result, nearest};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// A TOML file that has been read.
+/// A TOML file that has been read, or the translation of a file of another kind, which knows where each of its parts
+/// comes from.
 #[derive(Debug)]
 pub struct Source {
     path: PathBuf,
     text: String,
+    origins: Vec<Origin>,
+}
+
+/// Where a translated text comes from, from a byte on up to the next origin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The first byte of the translation.
+    pub start: usize,
+    /// The file that was translated.
+    pub path: Arc<Path>,
+    /// Line in it, from 1; 0 where it has none.
+    pub line: usize,
+    /// Column in it, from 1; 0 where only the line is known.
+    pub column: usize,
 }
 
 /// Where in the text of a [`Source`] something stands, in bytes.
@@ -20,7 +36,7 @@ impl Source {
     pub fn read(path: &Path) -> Result<Self> {
         match std::fs::read(path) {
             Ok(bytes) => match String::from_utf8(bytes) {
-                Ok(text) => Ok(Self { path: path.to_owned(), text }),
+                Ok(text) => Ok(Self::from_text(path, text)),
                 Err(e) => {
                     let line =
                         e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
@@ -36,7 +52,12 @@ impl Source {
 
     /// A text that did not come from a file, under the name that errors shall give it.
     pub fn from_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
-        Self { path: path.into(), text: text.into() }
+        Self { path: path.into(), text: text.into(), origins: Vec::new() }
+    }
+
+    /// A translation of the file at `path`, with the origins of its parts in order.
+    pub fn translated(path: impl Into<PathBuf>, text: String, origins: Vec<Origin>) -> Self {
+        Self { path: path.into(), text, origins }
     }
 
     /// The file's path as the user would name it.
@@ -71,8 +92,20 @@ impl Source {
 
     /// An error at a place in this file.
     pub fn error(&self, span: Span, message: impl Into<String>) -> Error {
-        let (line, column) = self.place(span.start);
-        Error::at(&self.path, line, column, message)
+        match self.origin(span.start) {
+            Some(origin) if origin.line == 0 => Error::file(&origin.path, message),
+            Some(origin) => Error::at(&origin.path, origin.line, origin.column, message),
+            None => {
+                let (line, column) = self.place(span.start);
+                Error::at(&self.path, line, column, message)
+            }
+        }
+    }
+
+    /// The origin of a byte of a translated text.
+    fn origin(&self, offset: usize) -> Option<&Origin> {
+        let after = self.origins.partition_point(|o| o.start <= offset);
+        self.origins[..after].last()
     }
 
     /// A name was used at `span` that is none of `known`: lists them and suggests the nearest.
@@ -87,8 +120,11 @@ impl Source {
         self.error(span, format!("there is no {what} `{name}`; {}", allowed(what, name, &known)))
     }
 
-    /// Line and column (in characters) of a byte offset, both from 1.
+    /// Line and column (in characters) of a byte offset, both from 1; of a translated text, where it comes from.
     pub fn place(&self, offset: usize) -> (usize, usize) {
+        if let Some(origin) = self.origin(offset) {
+            return (origin.line, origin.column);
+        }
         let mut end = offset.min(self.text.len());
         while !self.text.is_char_boundary(end) {
             end -= 1;

@@ -2,14 +2,13 @@
 
 use super::context::Context;
 use super::schema::{Albedo, Encoding, Named, TextureDef, Wrap};
+use super::values::Triple;
 use crate::error::Result;
 use crate::math::Rgb;
 use crate::texture::{self, ImageTexture, Texture};
-use glam::Vec2;
+use glam::{Affine2, Mat2, Vec2};
 use toml::Spanned;
 
-/// Endings of image files that can be read.
-pub(super) const IMAGES: [&str; 3] = [".png", ".exr", ".hdr"];
 const DEFAULT_SQUARES: f32 = 8.0;
 
 /// The named textures of a scene, and which of them were asked for.
@@ -82,19 +81,26 @@ fn image_bytes(texture: &Texture) -> usize {
     }
 }
 
+/// The map of texture coordinates of two rows.
+fn uv_map([u, v]: [Triple; 2]) -> Affine2 {
+    let (u, v) = (u.0, v.0);
+    let matrix = Mat2::from_cols(Vec2::new(u.x, v.x), Vec2::new(u.y, v.y));
+    Affine2 { matrix2: matrix, translation: Vec2::new(u.z, v.z) }
+}
+
 fn one(context: &mut Context, span: super::source::Span, def: &TextureDef) -> Result<Texture> {
     match def {
         TextureDef::Constant(color) => Ok(Texture::constant(color.0)),
         TextureDef::Checker(checker) => {
             let squares = checker.squares.as_ref();
             let scale = squares.map_or(Vec2::splat(DEFAULT_SQUARES), |s| s.get_ref().0);
+            let uv = checker.uv.map_or(Affine2::IDENTITY, uv_map);
             context.at(
                 squares.map_or(span, Spanned::span),
-                Texture::checker(checker.even.0, checker.odd.0, scale),
+                Texture::checker(checker.even.0, checker.odd.0, scale, uv),
             )
         }
         TextureDef::Image(image) => {
-            let path = context.find_file(&image.file, "image", &IMAGES)?;
             let encoding = match image.encoding {
                 Encoding::Srgb => texture::Encoding::Srgb,
                 Encoding::Linear => texture::Encoding::Linear,
@@ -103,8 +109,18 @@ fn one(context: &mut Context, span: super::source::Span, def: &TextureDef) -> Re
                 Wrap::Repeat => texture::Wrap::Repeat,
                 Wrap::Clamp => texture::Wrap::Clamp,
             };
-            let loaded = ImageTexture::load(&path, encoding, wrap);
-            loaded.map(Texture::image).map_err(|e| context.used_at(image.file.span(), e))
+            let mut raster = context.image(&image.file, encoding)?;
+            if let Some(tint) = image.tint {
+                for texel in &mut raster.texels {
+                    *texel = (Rgb::from_array(*texel) * tint.0).to_array();
+                }
+            }
+            let built = ImageTexture::new(raster.width, raster.height, raster.texels, wrap);
+            let built = context.at(image.file.span(), built)?;
+            Ok(Texture::image(match image.uv {
+                Some(rows) => built.with_uv(uv_map(rows)),
+                None => built,
+            }))
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What things look like: emission, textures, materials and lights.
 
+use super::StepDef;
 use crate::scene::file::choice::choice;
 use crate::scene::file::values::*;
 use serde::Deserialize;
@@ -38,21 +39,25 @@ choice! {
     }
 }
 
-/// `image = { file, encoding, wrap }`. v = 0 is the lower edge of the picture.
+/// `image = { file, encoding, wrap, tint, uv }`. v = 0 is the lower edge of the picture.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct ImageDef {
-    /// A PNG, EXR or HDR file.
+    /// A PNG, JPEG, EXR or HDR file.
     pub file: Spanned<String>,
-    /// How the numbers of a PNG file are meant; EXR and HDR files are always linear. Default `srgb`.
+    /// How the numbers of a PNG or JPEG file are meant; EXR and HDR files are always linear. Default `srgb`.
     #[serde(default)]
     pub encoding: Encoding,
     /// What lies outside of the unit square of texture coordinates; default `repeat`.
     #[serde(default)]
     pub wrap: Wrap,
+    /// Multiplies the picture's colours; default 1.
+    pub tint: Option<Color<Fraction>>,
+    /// What becomes of texture coordinates first: `[[a, b, c], [d, e, f]]` takes (u, v) to (a u + b v + c, d u + e v + f).
+    pub uv: Option<[Triple; 2]>,
 }
 
-/// `checker = { even, odd, squares }`.
+/// `checker = { even, odd, squares, uv }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct CheckerDef {
@@ -62,6 +67,8 @@ pub struct CheckerDef {
     pub odd: Color<Fraction>,
     /// Squares along u and v; default `[8, 8]`.
     pub squares: Option<Spanned<Pair>>,
+    /// What becomes of texture coordinates first: `[[a, b, c], [d, e, f]]` takes (u, v) to (a u + b v + c, d u + e v + f).
+    pub uv: Option<[Triple; 2]>,
 }
 
 /// How the numbers of an image file are meant.
@@ -101,6 +108,12 @@ choice! {
         "phong" => Phong(PhongDef),
         /// A sum of materials by fixed weights.
         "layered" => Layered(LayeredDef),
+        /// A thin pane of glass: it reflects, and lets through straight on what it does not.
+        "thin" => Thin(ThinDef),
+        /// A diffuse base under a clear coat; smooth or rough (GGX).
+        "plastic" => Plastic(PlasticDef),
+        /// One opaque material on the outside, another one inside.
+        "sided" => Sided(SidedDef),
         /// No surface at all: a boundary that light crosses unchanged.
         "null" => Null(NullDef),
     }
@@ -192,6 +205,55 @@ pub struct LayeredDef {
     pub layers: Spanned<Vec<LayerDef>>,
 }
 
+/// `thin = { ior, exterior_ior, reflectance, transmittance }`. With `ior = 1` it is a share of nothing, which only lets
+/// through.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct ThinDef {
+    /// Index of refraction of the pane; default 1.5.
+    pub ior: Option<Positive>,
+    /// Index of refraction on both sides of it; default 1.
+    pub exterior_ior: Option<Positive>,
+    /// Multiplies what is reflected; default 1.
+    pub reflectance: Option<Spanned<Albedo>>,
+    /// Multiplies what is let through; default 1.
+    pub transmittance: Option<Spanned<Albedo>>,
+}
+
+/// `plastic = { diffuse, specular, ior, exterior_ior, roughness, masking, nonlinear }`.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct PlasticDef {
+    /// The base's reflectance; default 0.5.
+    pub diffuse: Option<Spanned<Albedo>>,
+    /// Multiplies what the coat reflects; default 1.
+    pub specular: Option<Spanned<Albedo>>,
+    /// Index of refraction of the coat; default 1.5.
+    pub ior: Option<Positive>,
+    /// Index of refraction outside; default 1.
+    pub exterior_ior: Option<Positive>,
+    /// GGX's α of the coat, from 0 to 1; default 0: smooth.
+    pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how masking and shadowing go together; default `correlated`.
+    #[serde(default)]
+    pub masking: MaskingKind,
+    /// Whether the base's colour deepens by light that the coat throws back to it; default false: as if the base were
+    /// white for that light.
+    #[serde(default)]
+    pub nonlinear: bool,
+}
+
+/// `sided = { front, back }`: names of opaque materials, each neither layered nor sided itself; a side without one
+/// reflects nothing.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct SidedDef {
+    /// On the outside.
+    pub front: Option<Spanned<String>>,
+    /// On the inside.
+    pub back: Option<Spanned<String>>,
+}
+
 /// `null = {}`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -233,7 +295,7 @@ pub struct PointDef {
     pub intensity: Color,
 }
 
-/// `spot = { position, target, intensity, inner, cutoff }`.
+/// `spot = { position, target, intensity, inner, cutoff, falloff }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct SpotDef {
@@ -247,6 +309,20 @@ pub struct SpotDef {
     pub inner: Option<Spanned<NonNegative>>,
     /// Half angle outside of which there is no light, degrees, at most 90; default 30.
     pub cutoff: Option<Spanned<Positive>>,
+    /// How the intensity falls between the two; default `smooth`.
+    #[serde(default)]
+    pub falloff: FalloffKind,
+}
+
+/// How a spot's intensity falls from its inner angle to its cutoff.
+#[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum FalloffKind {
+    /// A smooth step of the cosine.
+    #[default]
+    Smooth,
+    /// In proportion to the angle.
+    Linear,
 }
 
 /// `directional = { direction, irradiance }`.
@@ -259,16 +335,19 @@ pub struct DirectionalDef {
     pub irradiance: Color,
 }
 
-/// `environment = { radiance }` or `environment = { image, scale, rotation }`.
+/// `environment = { radiance }` or `environment = { image, scale, rotation, transform }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentDef {
     /// The same from every direction, W/(sr m²).
     pub radiance: Option<Color>,
-    /// A latitude-longitude picture, PNG, EXR or HDR.
+    /// A latitude-longitude picture, PNG, JPEG, EXR or HDR.
     pub image: Option<Spanned<String>>,
     /// What the picture is multiplied by; default 1.
     pub scale: Option<NonNegative>,
     /// Turn about the y axis, in degrees; default 0.
     pub rotation: Option<Number>,
+    /// Steps after that turn, which have to come to a rotation, or one with a reflection; default: none.
+    #[serde(default)]
+    pub transform: Vec<Spanned<StepDef>>,
 }

@@ -1,0 +1,29 @@
+//! `tyndall import IN OUT.toml`: another program's scene as a scene file of ours.
+
+use super::args::ImportArgs;
+use super::session::{Ending, print};
+use crate::error::{Error, Result};
+use crate::scene::file::{Overrides, from_import};
+use crate::scene::import::{Format, export};
+
+/// Translates the scene, sees that it can be rendered, and writes it.
+///
+/// # Errors
+/// Where the scene cannot be read, or the files not be written.
+pub fn run(args: &ImportArgs) -> Result<Ending> {
+    let Some(format) = Format::of(&args.scene) else {
+        return Err(Error::file(
+            &args.scene,
+            format!("not a format of others: expected {}", Format::ENDINGS),
+        ));
+    };
+    let imported = format.read(&args.scene)?;
+    let scene = from_import(&imported, &Overrides::default())?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {}: {warning}", args.scene.display());
+    }
+    let written = export(&imported, &args.out)?;
+    let files: String = written.iter().map(|file| format!("wrote {}\n", file.display())).collect();
+    print(files)?;
+    Ok(Ending::Done)
+}
