@@ -220,7 +220,7 @@ fn weights(c: &mut Criterion) {
                 let mut sum = 0.0;
                 for k in 0..QUERIES {
                     let arms = (&lights[k % lights.len()], &cameras[k % cameras.len()]);
-                    let scattering = scatter_in(&pass, medium, &at, arms.0.back, arms.1.back);
+                    let scattering = scatter_in(&pass, medium, Vec3A::ZERO, &at, arms.0.back, arms.1.back);
                     let sample = sample(&pass, Technique::BeamBeam, Label::Medium, arms, &scattering, 1.0);
                     sum += sample.map_or(0.0, |s| s.weight);
                 }

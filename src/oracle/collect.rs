@@ -51,10 +51,10 @@ impl Traced {
     }
 }
 
-/// A collision at `p`, where the scene says what medium is there.
-fn collision(scene: &Scene, p: Vec3A) -> Place {
+/// A collision at `p`, where the scene says what medium is there, with the coefficients at `of`.
+fn collision(scene: &Scene, p: Vec3A, of: Vec3A) -> Place {
     let medium = scene.solids.medium(&scene.solids.at(&scene.geometry, p));
-    Place::Medium(Collision { p, coefficients: scene.media[medium as usize].coefficients(p), medium })
+    Place::Medium(Collision { p, coefficients: scene.media[medium as usize].coefficients(of), medium })
 }
 
 fn light_start(recorder: &Recorder) -> LightPoint {
@@ -102,10 +102,15 @@ pub fn whole_path(
         // s light vertices come before x_i, which both subpaths have, or none where a beam passes it.
         let kind = MERGES.iter().position(|t| *t == sample.technique).expect("a merge");
         let (point_of_light, point_of_camera) = (kind < 3, kind < 2 || kind == 3);
-        let light_place =
-            if point_of_light { light.vertices[s - 1].place } else { collision(scene, meeting.light) };
+        let light_place = if point_of_light {
+            light.vertices[s - 1].place
+        } else {
+            collision(scene, meeting.light, meeting.camera)
+        };
+        // See `transport::merge`: the coefficients are those of the point, where one of them is one.
+        let of = if point_of_light { meeting.light } else { meeting.camera };
         let camera_place =
-            if point_of_camera { camera.vertices[t - 2].place } else { collision(scene, meeting.camera) };
+            if point_of_camera { camera.vertices[t - 2].place } else { collision(scene, meeting.camera, of) };
         interior = light.vertices[..s - 1].iter().map(|v| v.place).collect();
         interior.push(camera_place);
         interior.extend(camera.vertices[..t - 2].iter().rev().map(|v| v.place));

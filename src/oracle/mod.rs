@@ -13,6 +13,7 @@ use crate::bsdf::{Mode, Site};
 use crate::geometry::{Ray, SurfacePoint, offset_origin};
 use crate::light::LightPoint;
 use crate::math::Frame;
+use crate::medium::Medium;
 use crate::scene::{Collision, Scene};
 use crate::transport::Technique;
 use crate::transport::merge::{Beams, MERGES};
@@ -194,7 +195,10 @@ impl FullPath {
             let point = (start + dir * middle).as_vec3a();
             let inside = scene.solids.at(&scene.geometry, point);
             let Some(medium) = scene.medium_within(&inside) else { continue };
-            let depth = d(medium.coefficients(point).sigma_t) * (cut[1] - cut[0]);
+            let depth = match medium {
+                Medium::Homogeneous(_) => d(medium.coefficients(point).sigma_t) * (cut[1] - cut[0]),
+                Medium::Varying(_) => quadrature(medium, start, dir, cut[0], cut[1]),
+            };
             all += depth;
             if medium.scatters() {
                 scattering += depth;
@@ -212,17 +216,27 @@ impl FullPath {
     }
 }
 
+/// ∫ σ_t from points alone. Out of a grid's box there is nothing, so an infinite end does no harm.
+fn quadrature(medium: &Medium, start: DVec3, dir: DVec3, t0: f64, t1: f64) -> DVec3 {
+    const POINTS: usize = 800;
+    let length = t1.min(t0 + 10.0) - t0;
+    let at = |i: usize| start + dir * (t0 + length * (i as f64 + 0.5) / POINTS as f64);
+    let sum: DVec3 = (0..POINTS).map(|i| d(medium.coefficients(at(i).as_vec3a()).sigma_t)).sum();
+    sum * length / POINTS as f64
+}
+
 fn in_medium(scene: &Scene, pass: &Pass, collision: &Collision, wl: Vec3A, wc: Vec3A) -> Interior {
     let medium = &scene.media[collision.medium as usize];
-    let coefficients = medium.coefficients(collision.p);
-    let phase = f64::from(medium.phase().evaluate(wl, wc));
+    let coefficients = collision.coefficients;
+    let (forward, phase) = medium.phase_densities(collision.p, wl, wc);
     // Camera subpaths go on more rarely where something merges in media.
     let settings = &pass.settings;
     let merges = MERGES.into_iter().any(|t| t != Technique::Surface && settings.techniques.has(t));
     let most = if merges && !settings.merging.first { settings.merging.camera_continuation } else { 1.0 };
-    let light = phase * f64::from(medium.continuation(&coefficients));
-    let camera = phase * f64::from(medium.continuation(&coefficients).min(most));
-    Interior { specular: false, light, camera, value: d(coefficients.sigma_s) * phase }
+    // What a camera subpath samples is the value itself.
+    let light = f64::from(forward) * f64::from(medium.continuation(&coefficients));
+    let camera = f64::from(phase) * f64::from(medium.continuation(&coefficients).min(most));
+    Interior { specular: false, light, camera, value: d(coefficients.sigma_s) * f64::from(phase) }
 }
 
 fn on_surface(scene: &Scene, point: &SurfacePoint, wl: Vec3A, wc: Vec3A, end: bool) -> Interior {

@@ -65,6 +65,8 @@ fn trace_in<S: Sink, const VOID: bool>(
         next_event: on(Technique::NextEvent),
         connect: if on(Technique::Connect) { 1.0 } else { 0.0 },
         lens: if on(Technique::Lens) { 1.0 } else { 0.0 },
+        // Takes no memory until something varies along a beam.
+        depths: Vec::new(),
         sink,
     };
     walk::<VOID, _>(scene, pass, settings.max_length, flight, &mut random, &mut path);
@@ -81,6 +83,8 @@ struct CameraPath<'a, S, const VOID: bool> {
     connect: f32,
     /// c of light tracing, raised.
     lens: f32,
+    /// Depths along the beam that merges, see [`crate::medium::Medium::depths_along`].
+    depths: Vec<f32>,
     sink: &'a mut S,
 }
 
@@ -330,17 +334,23 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let sink = &mut *self.sink;
         let mut record = |sample: &Sample, meeting| sink.record(sample, &Joint::Merge(meeting));
         let (lens, connect) = (self.lens, self.connect);
+        let depths = &mut self.depths;
         parts(scene, pass, Mode::Radiance, flight, flown, |stretch| {
+            depths.clear();
+            if let Some(medium) = stretch.medium {
+                medium.depths_along(stretch.origin, stretch.dir, stretch.length, depths);
+            }
+            let part = (stretch, &depths[..]);
             let count = match flight.length {
                 _ if flight.specular => 0.0,
                 0 => lens,
                 _ => connect * pass.raise(flight.share * pass.share_in(stretch.index)),
             };
             if pass.on(Technique::PointBeam) {
-                point_beam::gather(scene, pass, photons, flight, stretch, count, &mut record);
+                point_beam::gather(scene, pass, photons, flight, part, count, &mut record);
             }
             if pass.on(Technique::BeamBeam) {
-                beam_beam::gather(scene, pass, photons, flight, stretch, count, &mut record);
+                beam_beam::gather(scene, pass, photons, flight, part, count, &mut record);
             }
         });
     }

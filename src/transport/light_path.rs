@@ -261,9 +261,13 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
             return;
         }
         let light = self.store.starts.len() as u32 - 1;
-        let (beams, path) = (&mut self.store.beams, self.index);
+        let (beams, depths, path) = (&mut self.store.beams, &mut self.store.depths, self.index);
         parts(self.scene, self.pass, Mode::Importance, flight, arrival.distance, |stretch| {
-            beams.push(Beam::new(flight, stretch, path, light));
+            let first = depths.len();
+            if let Some(medium) = stretch.medium {
+                medium.depths_along(stretch.origin, stretch.dir, stretch.length, depths);
+            }
+            beams.push(Beam::new(flight, stretch, path, light, first..depths.len()));
         });
     }
 

@@ -8,7 +8,7 @@ use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::{Frame, Rgb, Stream};
-use crate::medium::Passage;
+use crate::medium::{Passage, PhaseSample};
 use crate::scene::{Arrival, Collision, End, Inside, Scene};
 use glam::Vec3A;
 
@@ -162,7 +162,7 @@ impl Vertex {
             Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
             Place::Medium(collision) => {
                 let medium = &scene.media[collision.medium as usize];
-                let scattering = scatter_in(pass, medium, &collision.coefficients, wl, wc);
+                let scattering = scatter_in(pass, medium, collision.p, &collision.coefficients, wl, wc);
                 (scattering.pdf_light > 0.0).then_some(scattering)
             }
         }
@@ -504,16 +504,20 @@ fn leave_collision<V: Visitor>(
         return None;
     }
     let u = (random.next_1d(), random.next_2d());
-    let (dir, phase) = medium.phase().sample(vertex.to_previous, u);
-    // Phase functions are the same either way; continuation is not.
-    let reverse = pass.continuation(other(V::MODE), medium, &collision.coefficients) * phase;
+    let PhaseSample { to: dir, pdf: phase, reverse: phase_back } =
+        medium.sample_phase(collision.p, vertex.to_previous, u);
+    // The value is the density of a camera subpath: phase / its density is 1 there.
+    let weight = match V::MODE {
+        Mode::Importance if phase_back != phase => phase_back / phase,
+        _ => 1.0,
+    };
+    let reverse = pass.continuation(other(V::MODE), medium, &collision.coefficients) * phase_back;
     Some(Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
         inside: vertex.inside,
         rate: collision.coefficients.sigma_t,
-        // phase / its density = 1
-        throughput: vertex.throughput * collision.coefficients.sigma_s * (1.0 / continuation),
+        throughput: vertex.throughput * collision.coefficients.sigma_s * (weight / continuation),
         pdf: continuation * phase,
         cosine: 1.0,
         infinite: false,

@@ -10,6 +10,7 @@ mod agreement;
 mod closed_forms;
 mod collect;
 mod film;
+mod grids;
 mod invariants;
 mod lengths;
 mod measure;

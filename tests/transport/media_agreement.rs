@@ -10,7 +10,7 @@ use tyndall::transport::{Heuristic, Settings, TechniqueSet};
 
 /// The first set is the yardstick; the others, every second with the power heuristic, must not differ from it. With
 /// `TYNDALL_STUDY=1` a bias of 1% is seen everywhere.
-fn agree(name: &str, scene: &Scene, max_length: u32, detectable: f64, sets: &[&str]) {
+pub fn agree(name: &str, scene: &Scene, max_length: u32, detectable: f64, sets: &[&str]) {
     let study = std::env::var_os("TYNDALL_STUDY").is_some();
     let (detectable, most) = if study { (0.01, 100_000) } else { (detectable, 1200) };
     let mean = |i: usize| {

@@ -10,7 +10,7 @@ use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
 /// An empty bubble about the camera: without one, a set whose only technique for some paths is the connection to the
 /// lens has an infinite variance, as 1/d² has in a volume.
-const BUBBLE: &str =
+pub const BUBBLE: &str =
     "\n[[shape]]\nsphere = { center = [0.3, 0.1, 0.2], radius = 0.25 }\nmaterial = 'nothing'\n";
 
 /// A film and a camera for the middle of the scene, a medium of this text, and what to add.
@@ -23,7 +23,7 @@ fn text(medium: &str, more: &str) -> String {
 }
 
 /// The diffuse sphere that reflects and emits a half, with `inside` among its keys.
-fn furnace(medium: &str, inside: &str, more: &str) -> Scene {
+pub fn furnace(medium: &str, inside: &str, more: &str) -> Scene {
     let sphere = "[[shape]]\nsphere = { radius = 1 }\nmaterial = 'grey'\n\
                   emission = { radiance = 0.5, two_sided = true }\n";
     scenes::of(&text(medium, &format!("{sphere}{inside}\n{more}")))

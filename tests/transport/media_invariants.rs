@@ -15,7 +15,7 @@ fn picture(scene: &Scene, min_length: u32, max_length: u32) -> Image {
 
 /// Pictures of the same samples. A rounding can send a path another way, at an edge or a reflection: a pixel in 20 may
 /// differ, the mean by 1%.
-fn assert_same_samples(what: &str, a: &Image, b: &Image) {
+pub fn assert_same_samples(what: &str, a: &Image, b: &Image) {
     let near = |x: f32, y: f32| (x - y).abs() <= 1e-3 * y.abs().max(1e-4);
     let values = || a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
     let other = values().filter(|(x, y)| !near(**x, **y)).count();

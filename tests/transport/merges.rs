@@ -43,9 +43,16 @@ fn clear(scene: &Scene, traced: &Traced) -> bool {
 }
 
 #[derive(Default)]
-struct Seen([usize; Technique::COUNT]);
+pub struct Seen([usize; Technique::COUNT]);
 
-fn check(name: &str, scene: &Scene, settings: Settings, seen: &mut Seen) {
+impl Seen {
+    /// Merges by a technique.
+    pub fn of(&self, technique: Technique) -> usize {
+        self.0[technique.index()]
+    }
+}
+
+pub fn check(name: &str, scene: &Scene, settings: Settings, seen: &mut Seen) {
     let beta = match settings.heuristic {
         Heuristic::Balance => 1.0,
         Heuristic::Power(beta) => f64::from(beta),

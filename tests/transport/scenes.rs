@@ -1,10 +1,12 @@
 //! The small scenes that the tests run in.
 
+use glam::{UVec3, Vec3A};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tyndall::film::Image;
 use tyndall::film::exr::{self, LayeredImage};
-use tyndall::medium::{Homogeneous, Medium};
+use tyndall::math::{Stream, StreamKind};
+use tyndall::medium::{Homogeneous, Medium, volume};
 use tyndall::scene::file::source::Source;
 use tyndall::scene::{Scene, Traits};
 use tyndall::transport::Technique;
@@ -32,8 +34,23 @@ static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     }
     let sky = LayeredImage::new(sky());
     exr::write(folder.path().join("sky.exr"), &sky).expect("it can be written");
+    let write = |name: &str, size: UVec3, channels: usize, box_: (f32, f32)| {
+        let from_unit = volume::cube(Vec3A::splat(box_.0), Vec3A::splat(box_.1));
+        let grid =
+            volume::Volume { size, channels, numbers: noise(size, channels), from_unit: Some(from_unit) };
+        std::fs::write(folder.path().join(name), volume::own::encode(&grid)).expect("it can be written");
+    };
+    write("colours.grid", UVec3::new(4, 3, 5), 3, (-0.5, 0.5));
+    write("density.grid", UVec3::new(9, 7, 8), 1, (-0.6, 0.6));
     folder
 });
+
+/// Numbers from 0 to 1, some of them 0.
+fn noise(size: UVec3, channels: usize) -> Vec<f32> {
+    let mut random = Stream::new(3, 0, StreamKind::Other, channels as u64);
+    let count = size.element_product() as usize * channels;
+    (0..count).map(|_| (1.2 * random.next_1d() - 0.2).max(0.0)).collect()
+}
 
 /// Path of a test scene's file.
 fn path(name: &str) -> PathBuf {

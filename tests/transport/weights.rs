@@ -13,7 +13,7 @@ const TOLERANCE_F32: f64 = 1e-3;
 /// The recursion in f64 on the oracle's own densities.
 const TOLERANCE_F64: f64 = 1e-6;
 
-fn settings(techniques: TechniqueSet, heuristic: Heuristic) -> Settings {
+pub fn settings(techniques: TechniqueSet, heuristic: Heuristic) -> Settings {
     Settings { heuristic, max_length: 9, seed: 11, ..Settings::new(techniques) }
 }
 
@@ -42,12 +42,12 @@ fn recursion(verdict: &Verdict, s: usize, heuristic: Heuristic) -> f64 {
     connection_weight(raise(verdict.c[s]), light, camera)
 }
 
-struct Seen {
+pub struct Seen {
     samples: usize,
-    by_technique: [usize; Technique::COUNT],
+    pub by_technique: [usize; Technique::COUNT],
 }
 
-fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) -> Seen {
+pub fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) -> Seen {
     let beta = match settings.heuristic {
         Heuristic::Balance => 1.0,
         Heuristic::Power(beta) => f64::from(beta),

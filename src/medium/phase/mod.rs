@@ -29,6 +29,17 @@ pub enum Phase {
     Mixture(Mixture),
 }
 
+/// A direction to go on to.
+#[derive(Clone, Copy, Debug)]
+pub struct PhaseSample {
+    /// Unit direction, away from the vertex.
+    pub to: Vec3A,
+    /// Its density per solid angle, for a walk that came from where it came from.
+    pub pdf: f32,
+    /// Density per solid angle with which a walk that came from `to` goes on to where this one came from.
+    pub reverse: f32,
+}
+
 impl Phase {
     /// Its value, 1/sr: also the density per solid angle with which `sample(wl)` gives wc, and `sample(wc)` wl.
     #[inline]
@@ -51,6 +62,21 @@ impl Phase {
             Self::Rayleigh => rayleigh::sample(from, u.1),
             Self::Mixture(p) => p.sample(from, u),
         }
+    }
+
+    /// The densities per solid angle, at the point `p`, with which a walk that came from `wl` goes on to `wc`, and one from
+    /// `wc` to `wl`. The latter is the value: light that is everywhere the same stays so.
+    #[inline]
+    pub fn densities(&self, _p: Vec3A, wl: Vec3A, wc: Vec3A) -> (f32, f32) {
+        let value = self.evaluate(wl, wc);
+        (value, value)
+    }
+
+    /// [`Self::sample`] at the point `p`, with the density of the way back.
+    #[inline]
+    pub fn sample_at(&self, _p: Vec3A, from: Vec3A, u: (f32, Vec2)) -> PhaseSample {
+        let (to, pdf) = self.sample(from, u);
+        PhaseSample { to, pdf, reverse: pdf }
     }
 
     /// Mean cosine of the deflection: 1 straight on, −1 straight back.

@@ -1,8 +1,10 @@
 //! Phase functions, free flight and emission against their definitions.
 
 mod free_flight;
+mod grid;
 mod homogeneous;
 mod phase;
+mod volume;
 
 use super::{Homogeneous, Medium, Phase};
 use crate::math::Rgb;

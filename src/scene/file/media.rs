@@ -1,6 +1,7 @@
 //! Media of a scene file.
 
 use super::context::Context;
+use super::grids;
 use super::schema::{MediumDef, Named, PhaseDef, PhaseTableDef};
 use super::source::Span;
 use crate::error::Result;
@@ -23,8 +24,13 @@ impl Media {
     pub fn load(context: &mut Context, defs: &Named<MediumDef>) -> Result<Self> {
         let mut media = Self::default();
         for (name, def) in &defs.0 {
-            let built = homogeneous(context, name.span(), def.get_ref())?;
-            media.all.push(Medium::Homogeneous(built));
+            let (span, def) = (name.span(), def.get_ref());
+            let phase = phase(context, &def.phase)?;
+            media.all.push(if grids::varies(def) {
+                Medium::Varying(Box::new(grids::build(context, span, def, phase)?))
+            } else {
+                Medium::Homogeneous(homogeneous(context, span, def, phase)?)
+            });
             media.names.push((name.get_ref().clone(), name.span()));
             media.used.push(false);
         }
@@ -57,8 +63,7 @@ impl Media {
     }
 }
 
-fn homogeneous(context: &Context, span: Span, def: &MediumDef) -> Result<Homogeneous> {
-    let phase = phase(context, &def.phase)?;
+fn homogeneous(context: &Context, span: Span, def: &MediumDef, phase: Phase) -> Result<Homogeneous> {
     let scale = def.scale.map_or(1.0, |s| s.get());
     let emission = def.emission.map_or(Rgb::ZERO, |e| e.0);
     let built = match (&def.sigma_a, &def.sigma_s, &def.sigma_t, &def.albedo) {

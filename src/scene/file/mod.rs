@@ -9,6 +9,7 @@ mod camera;
 mod choice;
 mod context;
 mod forms;
+mod grids;
 mod lights;
 mod materials;
 mod media;
@@ -142,6 +143,7 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
     let boundaries = boundaries(&solids, &materials, &shape_materials);
     let geometry = Geometry::build_with(shapes.into_iter().zip(boundaries).collect());
     solids::check_overlaps(&mut context, &file, &shape_names, &solids, &geometry)?;
+    solids::check_grids(&mut context, &file, &shape_names, &solids, &media);
     let (light_names, lights): (Vec<String>, Vec<_>) = lights.into_iter().unzip();
     let lights = Lights::new(lights, &geometry).map_err(|e| Error::file(source.path(), e))?;
     check_endless(&mut context, &file, &media, &solids, &lights)?;

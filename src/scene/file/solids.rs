@@ -7,8 +7,9 @@ use super::schema::{SceneFile, ShapeDef};
 use super::shapes::Shapes;
 use crate::error::Result;
 use crate::geometry::{Geometry, ShapeDesc, ShapeStats};
+use crate::medium::Medium;
 use crate::scene::solids::{Solid, Solids, Surface, VACUUM};
-use glam::Vec2;
+use glam::{Vec2, Vec3A};
 use toml::Spanned;
 
 /// Points of a shape that are looked at to tell whether it overlaps another.
@@ -88,6 +89,32 @@ fn solid(
     let priority = def.priority.as_ref().map_or(0, |p| *p.get_ref());
     let (shape, bounds) = (i as u32, stats.bounds);
     Ok(Some(Solid { shape, surface, medium, priority, bounds }))
+}
+
+/// Warns of grids of which a part is outside of the shape that they fill, where nothing of them is: as far as the shape's
+/// bounds tell.
+pub(super) fn check_grids(
+    context: &mut Context,
+    file: &SceneFile,
+    names: &[String],
+    solids: &Solids,
+    media: &Media,
+) {
+    for solid in solids.all().iter().filter(|s| s.medium != VACUUM) {
+        let Medium::Varying(medium) = &media.all[solid.medium as usize] else { continue };
+        let slack = 1e-4 * (solid.bounds.max - solid.bounds.min).length();
+        let is_out = |corner: &Vec3A| {
+            corner.cmplt(solid.bounds.min - slack).any() || corner.cmpgt(solid.bounds.max + slack).any()
+        };
+        if medium.boxes().iter().flatten().any(is_out) {
+            let shape = solid.shape as usize;
+            let message = format!(
+                "the grid that fills `{}` reaches out of it: what is outside is cut off",
+                names[shape]
+            );
+            context.warn(file.shape[shape].span(), message);
+        }
+    }
 }
 
 /// Looks for solids that overlap without one being in front of the other.

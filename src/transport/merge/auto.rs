@@ -113,12 +113,12 @@ fn widest(scene: &Scene, technique: Technique, footprint: f32) -> f32 {
     if technique == Technique::Surface {
         return radius;
     }
-    // The densest medium that scatters, by its brightest channel's mean free path.
+    // The densest medium that scatters, by its brightest channel's mean free path, where most of it is.
     let shortest = scene
         .media
         .iter()
         .filter(|m| m.scatters())
-        .map(|m| m.summary().mean_free_path.max_element())
+        .map(|m| m.typical_extinction().min_element().recip())
         .fold(f32::INFINITY, f32::min);
     radius.min((MEAN_FREE_PATHS * shortest).max(LEAST_FOOTPRINTS * footprint))
 }

@@ -15,15 +15,15 @@ use crate::transport::walk::Flight;
 /// Square of the least sine of the angle between two beams that pass each other: below, where they pass is all rounding.
 const PARALLEL: f32 = 1e-10;
 
-/// Merges the part of a camera beam in one medium with the photon beams that pass it. `count`: c of the
-/// connection that ends the camera subpath before the collision, raised.
+/// Merges the part of a camera beam in one medium, with the depths kept along it, with the photon beams that pass it.
+/// `count`: c of the connection that ends the camera subpath before the collision, raised.
 #[inline]
 pub fn gather(
     scene: &Scene,
     pass: &Pass,
     photons: &Photons,
     flight: &Flight,
-    stretch: &Stretch,
+    (stretch, depths): (&Stretch, &[f32]),
     count: f32,
     mut record: impl FnMut(&Sample, Meeting),
 ) {
@@ -48,13 +48,14 @@ pub fn gather(
         let point = camera_ray.at(t);
         let at = medium.coefficients(point);
         let Some(light) = photons.arm(scene, pass, beam, s, &at) else { return };
-        let depth = medium.optical_depth(camera_ray.origin, camera_ray.dir, 0.0, t);
+        let camera_beam = (camera_ray.origin, camera_ray.dir, camera_ray.t_max);
+        let depth = medium.depth_along(depths, camera_beam, t);
         let passage = stretch.before.then(depth, true);
         let distance = stretch.start + t;
         let Some(camera) = flight.arm(pass, Mode::Radiance, distance, &passage, at.sigma_t, count) else {
             return;
         };
-        let scattering = scatter_in(pass, medium, &at, light.back, camera.back);
+        let scattering = scatter_in(pass, medium, point, &at, light.back, camera.back);
         let kernel = pass.settings.merging.kernel.line(d2 / (radius * radius));
         let arms = (&light, &camera);
         let sample = join::sample(pass, Technique::BeamBeam, Label::Medium, arms, &scattering, kernel);

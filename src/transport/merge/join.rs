@@ -43,15 +43,21 @@ impl From<&Vertex> for Arm {
     }
 }
 
-/// What a medium does to light at a point of it.
+/// What a medium does to light at a point `p` of it, where its coefficients are `at`.
 #[inline]
-pub fn scatter_in(pass: &Pass, medium: &Medium, at: &Coefficients, wl: Vec3A, wc: Vec3A) -> Scattering {
-    let phase = medium.phase().evaluate(wl, wc);
-    let pdf = |mode| phase * pass.continuation(mode, medium, at);
+pub fn scatter_in(
+    pass: &Pass,
+    medium: &Medium,
+    p: Vec3A,
+    at: &Coefficients,
+    wl: Vec3A,
+    wc: Vec3A,
+) -> Scattering {
+    let (forward, phase) = medium.phase_densities(p, wl, wc);
     Scattering {
         value: at.sigma_s * phase,
-        pdf_light: pdf(Mode::Importance),
-        pdf_camera: pdf(Mode::Radiance),
+        pdf_light: forward * pass.continuation(Mode::Importance, medium, at),
+        pdf_camera: phase * pass.continuation(Mode::Radiance, medium, at),
     }
 }
 

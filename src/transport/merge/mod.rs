@@ -5,6 +5,12 @@
 //! to find it by are built once an iteration: a hashed [`grid`] of points, trees of [`boxes`] about points and beams; see [`photons`].
 //!
 //! Every camera vertex and every camera ray merges. Both vertices have to lie in the same medium.
+//!
+//! In a medium that varies the two places that are taken for one have different coefficients. Where a beam is merged with
+//! a point, those at the point are taken for both arms, and of two beams those on the camera's: so what a point's free flight was
+//! divided by is what it is multiplied by, and no thin place gives a large sample; in P-P3D each arm has its own, and the
+//! camera's scatters. What is estimated is then σ_s times the light, blurred by the kernel, which is a bias of second order in the
+//! radius over the size of a grid's voxels.
 
 pub mod auto;
 pub mod beam_beam;

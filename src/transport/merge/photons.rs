@@ -48,6 +48,8 @@ pub struct Piece {
 pub struct Photons {
     photons: Vec<Photon>,
     beams: Vec<Beam>,
+    /// Depths along beams, see [`Medium::depths_along`](crate::medium::Medium::depths_along).
+    depths: Vec<f32>,
     starts: Vec<LightStart>,
     /// Vertices on surfaces.
     pub surface: Points,
@@ -95,6 +97,7 @@ impl Photons {
         let mut all = Self {
             photons: Vec::with_capacity(chunks.iter().map(|c| c.photons.len()).sum()),
             beams: Vec::with_capacity(chunks.iter().map(|c| c.beams.len()).sum()),
+            depths: Vec::with_capacity(chunks.iter().map(|c| c.depths.len()).sum()),
             starts: Vec::with_capacity(chunks.iter().map(|c| c.starts.len()).sum()),
             surface,
             collisions,
@@ -105,7 +108,9 @@ impl Photons {
         for chunk in chunks {
             let first = all.starts.len() as u32;
             all.photons.extend_from_slice(&chunk.photons);
-            all.beams.extend(chunk.beams.iter().map(|b| b.started_at(first + b.light)));
+            let depths = all.depths.len() as u32;
+            all.beams.extend(chunk.beams.iter().map(|b| b.moved(first, depths)));
+            all.depths.extend_from_slice(&chunk.depths);
             all.starts.extend_from_slice(&chunk.starts);
         }
         all
@@ -128,7 +133,8 @@ impl Photons {
     pub fn arm(&self, scene: &Scene, pass: &Pass, beam: &Beam, t: f32, at: &Coefficients) -> Option<Arm> {
         let medium = &scene.media[beam.medium() as usize];
         let flight = beam.flight();
-        let depth = medium.optical_depth(flight.ray.origin, flight.ray.dir, 0.0, t);
+        let line = (flight.ray.origin, flight.ray.dir, beam.length);
+        let depth = medium.depth_along(&self.depths[beam.depths()], line, t);
         let passage = beam.before().then(depth, true);
         if is_negligible(&passage) {
             return None;
@@ -247,12 +253,12 @@ pub fn parts<'a>(
         if is_negligible(&stretch.before) {
             return;
         }
-        let end = |channel| {
-            let (origin, dir) = (stretch.origin, stretch.dir);
-            medium.invert(origin, dir, 0.0, stretch.length, channel, DEEPEST).unwrap_or(stretch.length)
-        };
+        let end = medium.reach(stretch.origin, stretch.dir, stretch.length, DEEPEST);
         let (_, radius) = scene.geometry.bounding_sphere();
-        let length = end(0).max(end(1)).max(end(2)).min(FARTHEST * radius.max(1.0));
+        let length = end.min(FARTHEST * radius.max(1.0));
+        if length <= 0.0 {
+            return;
+        }
         part(&Stretch { length, ..*stretch });
     });
 }

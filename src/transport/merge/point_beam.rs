@@ -13,15 +13,15 @@ use crate::transport::sink::Meeting;
 use crate::transport::technique::Technique;
 use crate::transport::walk::Flight;
 
-/// Merges the part of a camera beam in one medium with the collisions about it. `count`: c of the connection
-/// that ends the camera subpath before the collision, raised.
+/// Merges the part of a camera beam in one medium, with the depths kept along it, with the collisions about it. `count`: c
+/// of the connection that ends the camera subpath before the collision, raised.
 #[inline]
 pub fn gather(
     scene: &Scene,
     pass: &Pass,
     photons: &Photons,
     flight: &Flight,
-    stretch: &Stretch,
+    (stretch, depths): (&Stretch, &[f32]),
     count: f32,
     mut record: impl FnMut(&Sample, Meeting),
 ) {
@@ -40,12 +40,13 @@ pub fn gather(
             return;
         }
         let at = medium.coefficients(p);
-        let passage = stretch.before.then(medium.optical_depth(ray.origin, ray.dir, 0.0, t), true);
+        let beam = (ray.origin, ray.dir, ray.t_max);
+        let passage = stretch.before.then(medium.depth_along(depths, beam, t), true);
         let Some(arm) = flight.arm(pass, Mode::Radiance, stretch.start + t, &passage, at.sigma_t, count)
         else {
             return;
         };
-        let scattering = scatter_in(pass, medium, &at, photon.to_previous.into(), arm.back);
+        let scattering = scatter_in(pass, medium, p, &at, photon.to_previous.into(), arm.back);
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointBeam, Label::Medium, arms, &scattering, kernel);

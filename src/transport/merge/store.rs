@@ -14,6 +14,7 @@ use crate::scene::{Inside, Stretch};
 use crate::transport::mis::{Link, Pending};
 use crate::transport::walk::{Flight, Place, Vertex};
 use glam::Vec3;
+use std::ops::Range;
 
 /// Light subpaths in a chunk: the unit of parallel work on them. A constant, so that the order of sums never
 /// depends on the threads.
@@ -116,8 +117,11 @@ pub struct Beam {
     pub path: u32,
     /// Index of the subpath's start, in [`Stored::starts`] or among those of all chunks.
     pub light: u32,
+    /// Where its depths begin, in [`Stored::depths`] or among those of all chunks.
+    first_depth: u32,
     /// What the light path expression needs of the vertices up to the edge's start.
     pub trail: u32,
+    depths: u16,
     edges: u16,
     medium: u16,
     infinite: bool,
@@ -128,8 +132,9 @@ pub struct Beam {
 const _: () = assert!(size_of::<Beam>() <= 128);
 
 impl Beam {
-    /// The part `stretch` of the edge `flight` of the subpath `path`, which starts at the light `light`.
-    pub fn new(flight: &Flight, stretch: &Stretch, path: u32, light: u32) -> Self {
+    /// The part `stretch` of the edge `flight` of the subpath `path`, which starts at the light `light`; the depths along it
+    /// are `depths`.
+    pub fn new(flight: &Flight, stretch: &Stretch, path: u32, light: u32, depths: Range<usize>) -> Self {
         Self {
             origin: stretch.origin.into(),
             dir: stretch.dir.into(),
@@ -144,7 +149,9 @@ impl Beam {
             share: flight.share,
             path,
             light,
+            first_depth: depths.start as u32,
             trail: flight.trail,
+            depths: depths.len() as u16,
             edges: flight.length as u16,
             medium: narrow(stretch.index),
             infinite: flight.infinite,
@@ -152,9 +159,15 @@ impl Beam {
         }
     }
 
-    /// The same beam, where its subpath's start has another index.
-    pub(super) fn started_at(&self, light: u32) -> Self {
-        Self { light, ..*self }
+    /// The same beam, where starts and depths before those of its chunk are so many.
+    pub(super) fn moved(&self, starts: u32, depths: u32) -> Self {
+        Self { light: self.light + starts, first_depth: self.first_depth + depths, ..*self }
+    }
+
+    /// The place of its depths.
+    #[inline]
+    pub(super) fn depths(&self) -> Range<usize> {
+        self.first_depth as usize..self.first_depth as usize + usize::from(self.depths)
     }
 
     /// Index of the medium.
@@ -218,6 +231,8 @@ pub struct Stored {
     photon_ends: Vec<u32>,
     /// Beams through media.
     pub beams: Vec<Beam>,
+    /// Depths along the beams, see [`Medium::depths_along`](crate::medium::Medium::depths_along).
+    pub depths: Vec<f32>,
     /// Where each subpath's beams end.
     beam_ends: Vec<u32>,
     /// By subpath that has beams.
@@ -234,6 +249,7 @@ impl Stored {
         self.photons.clear();
         self.photon_ends.clear();
         self.beams.clear();
+        self.depths.clear();
         self.beam_ends.clear();
         self.starts.clear();
         self.splats.resize_with(bands, Vec::new);

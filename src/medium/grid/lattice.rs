@@ -1,0 +1,212 @@
+//! A grid in its own coordinates, and where its values are kept.
+//!
+//! Lattice coordinates: a cell is a unit cube between whole numbers. Constant values are those of cells, and the box is
+//! 0 … n. Trilinear ones are at the corners of cells, value i at i + 1, and the box is ½ … n + ½: of the first and the last cell
+//! of each axis only half is in it, and both its ends have the same value.
+
+use super::texel::Texel;
+use glam::{DVec3, UVec3, Vec3A};
+
+/// What is between the values of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Means of the eight values about.
+    #[default]
+    Trilinear,
+    /// Each value fills its voxel.
+    Constant,
+}
+
+/// Cells along the side of a block that is skipped where it is empty.
+pub(super) const BLOCK: f32 = 8.0;
+/// Values along the side of a brick.
+const BRICK: usize = 4;
+/// Grids of no more values than this are kept row by row: they are in the cache as they are.
+const SMALL: usize = 1 << 15;
+
+/// Values on a regular grid.
+#[derive(Clone, Debug)]
+pub struct Lattice<T> {
+    size: UVec3,
+    interpolation: Interpolation,
+    values: Box<[T]>,
+    /// By axis and cell, where its values begin: the place of a value is the sum over the axes. One more than cells.
+    places: [Box<[u32]>; 3],
+    /// By block, whether anything is in it.
+    occupied: Box<[bool]>,
+    /// The last cell.
+    pub(super) last: Vec3A,
+    /// The last block, and how blocks are counted.
+    pub(super) last_block: Vec3A,
+}
+
+impl<T: Texel> Lattice<T> {
+    /// Of the numbers of `size` values, x fastest, then y, then z; those of one value are together.
+    ///
+    /// # Errors
+    /// A size of 0 or too large, another number of numbers, or one that is negative or not finite.
+    pub fn new(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Result<Self, String> {
+        let count = u64::from(size.x) * u64::from(size.y) * u64::from(size.z);
+        let shown = format!("{} x {} x {}", size.x, size.y, size.z);
+        if count == 0 {
+            return Err(format!("the grid has no values: its size is {shown}"));
+        }
+        // Places are u32, and bricks have room for more than there is.
+        if count > 1 << 31 || size.max_element() > 1 << 20 {
+            return Err(format!(
+                "the grid is too large: {shown}, more than 2^31 values or 2^20 along an axis"
+            ));
+        }
+        if numbers.len() as u64 != count * T::CHANNELS as u64 {
+            return Err(format!(
+                "the grid is {shown} with {} a value, which takes {} numbers: found {}",
+                T::CHANNELS,
+                count * T::CHANNELS as u64,
+                numbers.len()
+            ));
+        }
+        if let Some(i) = numbers.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
+            let at = i / T::CHANNELS;
+            let (x, rest) = (at % size.x as usize, at / size.x as usize);
+            let (y, z) = (rest % size.y as usize, rest / size.y as usize);
+            return Err(format!(
+                "the value at ({x}, {y}, {z}) is {}: values must be finite and not negative",
+                numbers[i]
+            ));
+        }
+        Ok(Self::store(size, numbers, interpolation))
+    }
+
+    fn store(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Self {
+        let n = size.to_array().map(|n| n as usize);
+        let brick = if n[0] * n[1] * n[2] <= SMALL { 1 } else { BRICK };
+        let bricks = n.map(|n| n.div_ceil(brick));
+        // How far on the next brick and the next value in a brick are.
+        let strides = [1, bricks[0], bricks[0] * bricks[1]].map(|s| s * brick.pow(3));
+        let within = [1, brick, brick * brick];
+        let place = |axis: usize, i: usize| (i / brick) * strides[axis] + (i % brick) * within[axis];
+        let mut values = vec![T::ZERO; bricks[0] * bricks[1] * bricks[2] * brick.pow(3)];
+        for (i, value) in numbers.chunks_exact(T::CHANNELS).enumerate() {
+            let (x, y, z) = (i % n[0], i / n[0] % n[1], i / n[0] / n[1]);
+            values[place(0, x) + place(1, y) + place(2, z)] = T::of(value);
+        }
+        let places = std::array::from_fn(|axis| match interpolation {
+            Interpolation::Constant => {
+                (0..=n[axis]).map(|c| place(axis, c.min(n[axis] - 1)) as u32).collect()
+            }
+            Interpolation::Trilinear => (0..n[axis] + 2)
+                .map(|corner| place(axis, corner.saturating_sub(1).min(n[axis] - 1)) as u32)
+                .collect(),
+        });
+        let last = match interpolation {
+            Interpolation::Constant => size.as_vec3a() - 1.0,
+            Interpolation::Trilinear => size.as_vec3a(),
+        };
+        let last_block = (last / BLOCK).floor();
+        let mut lattice = Self {
+            size,
+            interpolation,
+            values: values.into(),
+            places,
+            occupied: Box::new([]),
+            last,
+            last_block,
+        };
+        lattice.occupied = lattice.find_occupied();
+        lattice
+    }
+
+    fn find_occupied(&self) -> Box<[bool]> {
+        let blocks = (self.last_block + 1.0).to_array().map(|n| n as usize);
+        let mut occupied = vec![false; blocks[0] * blocks[1] * blocks[2]];
+        let side = BLOCK as usize;
+        // A cell's corners are two on an axis; a voxel's value is one.
+        let more = usize::from(self.interpolation == Interpolation::Trilinear);
+        for (i, occupied) in occupied.iter_mut().enumerate() {
+            let block = [i % blocks[0], i / blocks[0] % blocks[1], i / blocks[0] / blocks[1]];
+            let range = |axis: usize| {
+                let places = &self.places[axis];
+                &places[(block[axis] * side).min(places.len() - 1)
+                    ..((block[axis] + 1) * side + more).min(places.len())]
+            };
+            *occupied = range(2).iter().any(|z| {
+                range(1).iter().any(|y| range(0).iter().any(|x| self.at(*x + *y + *z).largest() > 0.0))
+            });
+        }
+        occupied.into()
+    }
+
+    #[inline(always)]
+    fn at(&self, place: u32) -> T {
+        self.values[place as usize]
+    }
+
+    /// How many values there are along each axis.
+    pub fn size(&self) -> UVec3 {
+        self.size
+    }
+
+    /// What is between the values.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Bytes that the grid takes.
+    pub fn bytes(&self) -> usize {
+        let places: usize = self.places.iter().map(|p| p.len() * size_of::<u32>()).sum();
+        self.values.len() * size_of::<T>() + places + self.occupied.len()
+    }
+
+    /// All values, in no order.
+    pub fn values(&self) -> impl Iterator<Item = T> + '_ {
+        let n = self.size.to_array().map(|n| n as usize);
+        let first = usize::from(self.interpolation == Interpolation::Trilinear);
+        let [x, y, z] = std::array::from_fn(|axis| &self.places[axis][first..first + n[axis]]);
+        z.iter().flat_map(move |z| y.iter().flat_map(move |y| x.iter().map(move |x| self.at(*x + *y + *z))))
+    }
+
+    /// The corners of the box in lattice coordinates.
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let size = self.size.as_dvec3();
+        match self.interpolation {
+            Interpolation::Constant => (DVec3::ZERO, size),
+            Interpolation::Trilinear => (DVec3::splat(0.5), size + 0.5),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_occupied(&self, block: Vec3A) -> bool {
+        let n = self.last_block + 1.0;
+        // Whole numbers well below 2²⁴ along an axis; the sum may be above.
+        let [x, y, z] = block.to_array().map(|b| b as usize);
+        self.occupied[x + n.x as usize * (y + n.y as usize * z)]
+    }
+
+    /// The value of a cell where values are constant.
+    #[inline(always)]
+    pub(super) fn voxel(&self, cell: Vec3A) -> T {
+        let [x, y, z] = cell.to_array().map(|c| c as usize);
+        self.at(self.places[0][x] + self.places[1][y] + self.places[2][z])
+    }
+
+    /// The values at the corners of a cell where they are trilinear.
+    #[inline(always)]
+    pub(super) fn corners(&self, cell: Vec3A) -> [T; 8] {
+        let [i, j, k] = cell.to_array().map(|c| c as usize);
+        let [x, y, z] = &self.places;
+        let (x0, x1) = (x[i], x[i + 1]);
+        let (y0, y1) = (y[j], y[j + 1]);
+        let (z0, z1) = (z[k], z[k + 1]);
+        let (a, b, c, d) = (y0 + z0, y1 + z0, y0 + z1, y1 + z1);
+        [
+            self.at(x0 + a),
+            self.at(x1 + a),
+            self.at(x0 + b),
+            self.at(x1 + b),
+            self.at(x0 + c),
+            self.at(x1 + c),
+            self.at(x0 + d),
+            self.at(x1 + d),
+        ]
+    }
+}
