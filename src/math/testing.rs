@@ -105,7 +105,8 @@ impl Cap {
         let total: f64 = expected.iter().sum();
         assert!((total - 1.0).abs() < 2e-3, "{name}: the density integrates to {total}");
         let mut counts = vec![0.0; expected.len()];
-        let mut s = stream(name.bytes().fold(0, |h, b| h * 31 + u64::from(b)) % 1_000_003);
+        let mut s =
+            stream(name.bytes().fold(0u64, |h, b| h.wrapping_mul(31).wrapping_add(u64::from(b))) % 1_000_003);
         for _ in 0..n {
             let d = sample(&mut s).unwrap_or_else(|| panic!("{name}: a sample failed"));
             assert!((d.length() - 1.0).abs() < 1e-4, "{name}: {d} is not unit");
@@ -129,7 +130,8 @@ impl Cap {
 /// Mean of `n` draws of an estimator against what it should be, by a z-test; also asserts that a bias of 1% would
 /// have been seen (the acceptance interval is narrower than that).
 pub fn assert_mean(name: &str, expected: f64, n: u32, mut draw: impl FnMut(&mut Stream) -> f64) {
-    let mut s = stream(name.bytes().fold(7, |h, b| h * 31 + u64::from(b)) % 1_000_003);
+    let mut s =
+        stream(name.bytes().fold(7u64, |h, b| h.wrapping_mul(31).wrapping_add(u64::from(b))) % 1_000_003);
     let (mut mean, mut m2) = (0.0, 0.0);
     for i in 1..=n {
         let x = draw(&mut s);

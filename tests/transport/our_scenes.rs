@@ -77,7 +77,7 @@ const BUBBLE_AT_LENS: Variant = (
 
 /// In our scenes no light that is a point or a direction shines straight on glass or a mirror, so path tracing can
 /// make every path.
-const CASES: [Case; 17] = [
+const CASES: [Case; 20] = [
     Case::new("cornell", ["pt", "bpt"]),
     Case { variant: Some(LARGE_LAMP), ..Case::new("mirror-caustic", ["pt", "bpt"]) },
     Case::new("furnace", ["pt", "bpt"]),
@@ -95,6 +95,9 @@ const CASES: [Case; 17] = [
     Case { variant: Some(BUBBLE_AT_LENS), ..Case::new("street-lamp", ["lt", "bpt"]) },
     Case::new("candle", ["pt", "bpt"]),
     Case::new("still-life", ["pt", "bpt"]),
+    Case::new("smoke-plume", ["pt", "bpt"]),
+    Case::new("cloud", ["pt", "bpt"]),
+    Case::new("layered-haze", ["pt", "bpt"]),
 ];
 
 /// The bias of the image mean that the long study shall see.

@@ -25,7 +25,7 @@ const BRICK: usize = 4;
 const SMALL: usize = 1 << 15;
 
 /// Values on a regular grid.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lattice<T> {
     size: UVec3,
     interpolation: Interpolation,

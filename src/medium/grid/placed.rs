@@ -15,7 +15,7 @@ const SLACK: f32 = 1.0 / 4096.0;
 const STEPS: usize = 40;
 
 /// A grid and its place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Placed<T> {
     lattice: Lattice<T>,
     /// From the world to lattice coordinates.

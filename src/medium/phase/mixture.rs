@@ -36,6 +36,12 @@ impl Mixture {
                 Phase::Mixture(inner) => simple.extend(
                     inner.lobes.into_iter().map(|lobe| (weight * f64::from(lobe.weight), lobe.phase)),
                 ),
+                Phase::Sggx(_) | Phase::ByPlace(_) => {
+                    return Err(
+                        "flakes and what varies by place cannot be parts of a mixture: mix them by place"
+                            .into(),
+                    );
+                }
                 phase => simple.push((weight, phase)),
             }
         }

@@ -1,5 +1,6 @@
 use crate::math::testing::{Cap, assert_chi_square, assert_mean, stream};
-use crate::medium::phase::{HenyeyGreenstein, Mixture, Phase};
+use crate::medium::grid::{Interpolation, Lattice, Placed};
+use crate::medium::phase::{ByPlace, Draine, HenyeyGreenstein, Mixture, Phase, Sggx, Tabulated, droplets};
 use glam::{Vec2, Vec3A};
 
 fn lobe(g: f32) -> Phase {
@@ -14,7 +15,16 @@ fn mixture() -> Phase {
 /// Each kind, none of them too narrow for cells all over the sphere.
 fn wide() -> Vec<Phase> {
     let lobes = [0.0, 1e-6, -1e-3, 0.3, 0.8, -0.6].map(lobe);
-    [Phase::Isotropic, Phase::Rayleigh, mixture()].into_iter().chain(lobes).collect()
+    let draine = [(0.5, 0.0), (0.4, 20.0), (0.7, 3.0)]
+        .map(|(g, alpha)| Phase::Draine(Draine::new(g, alpha).expect("a phase function")));
+    let simple = [Phase::Isotropic, Phase::Rayleigh, mixture(), Phase::Tabulated(table())];
+    simple.into_iter().chain(draine).chain(lobes).collect()
+}
+
+/// With nothing between two cosines, and a value of 0 at the end.
+fn table() -> Tabulated {
+    let entries = [(-1.0, 2.0), (-0.5, 0.5), (-0.25, 0.0), (0.0, 0.0), (0.7, 1.0), (0.9, 4.0), (1.0, 0.0)];
+    Tabulated::new(&entries).expect("a table")
 }
 
 fn random_direction(i: u64) -> Vec3A {
@@ -36,7 +46,8 @@ fn samples_follow_the_value_as_their_density() {
 
 #[test]
 fn the_density_of_a_sample_is_the_value() {
-    let narrow = [0.99, 0.999, -0.99].map(lobe);
+    let narrow =
+        [lobe(0.99), lobe(0.999), lobe(-0.99), droplets(5.0).expect("5"), droplets(50.0).expect("50")];
     for (i, phase) in wide().iter().chain(&narrow).enumerate() {
         let mut s = stream(100 + i as u64);
         for _ in 0..20_000 {
@@ -153,5 +164,113 @@ fn what_is_no_phase_function_is_refused() {
         let message =
             Mixture::new(vec![(1.0, Phase::Isotropic), (weight, Phase::Rayleigh)]).expect_err("a weight");
         assert!(message.contains("weight"), "{message}");
+    }
+}
+
+#[test]
+fn droplets_are_the_published_fit() {
+    // (4) to (7) for 20 μm, by a calculator.
+    let phase = droplets(20.0).expect("a diameter");
+    let (g, h, alpha, w) = (0.994_610_f64, 0.593_791_f64, 27.113_69, 0.498_159);
+    for cos in [-1.0f64, -0.6, 0.0, 0.5, 0.9] {
+        let draine = formula(h, cos) * (1.0 + alpha * cos * cos) / (1.0 + alpha * (1.0 + 2.0 * h * h) / 3.0);
+        let expected = (1.0 - w) * formula(g, cos) + w * draine;
+        let to = Vec3A::new((1.0 - cos * cos).sqrt() as f32, 0.0, cos as f32);
+        let found = f64::from(phase.evaluate(-Vec3A::Z, to));
+        assert!((found / expected - 1.0).abs() < 2e-3, "{cos}: {found} for {expected}");
+    }
+    for d in [4.9, 50.1, f32::NAN] {
+        assert!(droplets(d).expect_err("out of the fit").contains("5 to 50"));
+    }
+}
+
+#[test]
+fn draines_lobe_is_normalised_and_has_its_mean() {
+    for (g, alpha) in [(0.3, 1.0), (0.6, 30.0), (0.95, 5.0)] {
+        let phase = Phase::Draine(Draine::new(g, alpha).expect("a phase function"));
+        let from = random_direction(21);
+        assert_mean(
+            &format!("mean cosine of {}", phase.describe()),
+            phase.mean_cosine().into(),
+            1_600_000,
+            |s| f64::from(-from.dot(phase.sample(from, (s.next_1d(), s.next_2d())).0)),
+        );
+    }
+}
+
+#[test]
+fn tables_are_linear_between_their_entries() {
+    let phase = Phase::Tabulated(table());
+    let at = |cos: f32| phase.evaluate(-Vec3A::Z, Vec3A::new((1.0 - cos * cos).sqrt(), 0.0, cos));
+    assert!((at(0.8) / at(0.7) - 2.5).abs() < 1e-3 && at(-0.1) == 0.0, "{} {}", at(0.8), at(0.7));
+    let lambert = Tabulated::new(&[(-1.0, 1.0), (1.0, 1.0)]).expect("a table");
+    assert!(
+        (Phase::Tabulated(lambert).evaluate(Vec3A::X, Vec3A::Y) * 4.0 * std::f32::consts::PI - 1.0).abs()
+            < 1e-6
+    );
+    for (entries, word) in [
+        (&[][..], "empty"),
+        (&[(-1.0, 1.0)], "rise from -1 to 1"),
+        (&[(-1.0, 1.0), (0.5, 1.0)], "rise from -1 to 1"),
+        (&[(-1.0, 1.0), (0.5, 1.0), (0.5, 1.0), (1.0, 1.0)], "rise from -1 to 1"),
+        (&[(-1.0, 1.0), (1.0, -1.0)], "not negative"),
+        (&[(-1.0, f32::NAN), (1.0, 1.0)], "not negative"),
+        (&[(-1.0, 0.0), (1.0, 0.0)], "all 0"),
+    ] {
+        assert!(Tabulated::new(entries).expect_err(word).contains(word), "{word}");
+    }
+}
+
+/// Both densities integrate to 1, samples follow the first, and D h / 4 is the same from both sides.
+#[test]
+fn flakes_are_sampled_by_what_is_seen_of_them() {
+    for (i, (roughness, fibre)) in
+        [(0.3, true), (0.3, false), (1.0, false), (0.6, true)].into_iter().enumerate()
+    {
+        let axis = random_direction(30 + i as u64);
+        let phase = Phase::Sggx(Sggx::new(axis, roughness, fibre).expect("flakes"));
+        for from in [random_direction(40 + i as u64), random_direction(50 + i as u64)] {
+            Cap::SPHERE.assert_sampler(
+                &format!("{} {from}", phase.describe()),
+                200_000,
+                |s| Some(phase.sample_at(Vec3A::ZERO, from, (0.5, s.next_2d())).to),
+                |to| phase.densities(Vec3A::ZERO, from, to).0,
+            );
+            let mut s = stream(60);
+            for _ in 0..1000 {
+                let sample = phase.sample_at(Vec3A::ZERO, from, (0.5, s.next_2d()));
+                let (there, back) = phase.densities(Vec3A::ZERO, from, sample.to);
+                assert!(
+                    (sample.pdf / there - 1.0).abs() < 1e-3 && (sample.reverse / back - 1.0).abs() < 1e-3
+                );
+                let swapped = phase.densities(Vec3A::ZERO, sample.to, from);
+                assert!((swapped.0 / back - 1.0).abs() < 1e-3 && (swapped.1 / there - 1.0).abs() < 1e-3);
+            }
+        }
+    }
+    assert!(Sggx::new(Vec3A::ZERO, 0.5, true).expect_err("no axis").contains("no length"));
+    assert!(Sggx::new(Vec3A::X, 0.0, true).expect_err("too smooth").contains("roughness"));
+}
+
+#[test]
+fn by_place_is_one_here_and_another_there() {
+    let lattice = Lattice::new([2, 1, 1].into(), &[0.0, 0.75], Interpolation::Constant).expect("a grid");
+    let place = crate::medium::volume::cube(Vec3A::ZERO, Vec3A::ONE);
+    let share = Placed::new(lattice, place).expect("a place");
+    let phase = ByPlace::new(share, [lobe(0.7), lobe(-0.4)]).expect("a phase function");
+    let phase = Phase::ByPlace(Box::new(phase));
+    let from = random_direction(70);
+    for (x, share) in [(0.25, 0.0), (0.75, 0.75), (1.5, 0.0)] {
+        let p = Vec3A::new(x, 0.5, 0.5);
+        let value = |to| lobe(0.7).evaluate(from, to) * (1.0 - share) + lobe(-0.4).evaluate(from, to) * share;
+        Cap::SPHERE.assert_sampler(
+            &format!("by place at {x}"),
+            200_000,
+            |s| Some(phase.sample_at(p, from, (s.next_1d(), s.next_2d())).to),
+            value,
+        );
+        let to = random_direction(71);
+        let (a, b) = phase.densities(p, from, to);
+        assert!((a / value(to) - 1.0).abs() < 1e-5 && a == b);
     }
 }

@@ -120,7 +120,7 @@ impl<'de> Deserialize<'de> for PhaseDef {
         impl<'de> Visitor<'de> for Phase {
             type Value = PhaseDef;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("\"isotropic\", \"rayleigh\", { hg = g } or { mixture = [{ weight, phase }, …] }")
+                f.write_str("\"isotropic\", \"rayleigh\", or a table such as { hg = g } or { droplets = 10 }")
             }
             fn visit_str<E: de::Error>(self, name: &str) -> Result<PhaseDef, E> {
                 match name {

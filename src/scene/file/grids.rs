@@ -200,7 +200,11 @@ fn density(context: &mut Context, def: &Spanned<DensityDef>) -> Result<Density> 
     }
 }
 
-fn grid_of<T: Texel>(context: &mut Context, def: &Spanned<GridDef>, scale: f32) -> Result<Box<Placed<T>>> {
+pub(super) fn grid_of<T: Texel>(
+    context: &mut Context,
+    def: &Spanned<GridDef>,
+    scale: f32,
+) -> Result<Box<Placed<T>>> {
     let volume = load(context, def)?;
     place(context, def, &volume, scale)
 }

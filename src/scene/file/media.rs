@@ -6,7 +6,7 @@ use super::schema::{MediumDef, Named, PhaseDef, PhaseTableDef};
 use super::source::Span;
 use crate::error::Result;
 use crate::math::Rgb;
-use crate::medium::phase::{HenyeyGreenstein, Mixture};
+use crate::medium::phase::{ByPlace, HenyeyGreenstein, Mixture, Sggx, Tabulated, droplets};
 use crate::medium::{Homogeneous, Medium, Phase};
 use toml::Spanned;
 
@@ -102,7 +102,7 @@ fn wrong_keys(context: &Context, span: Span, def: &MediumDef) -> crate::error::E
     }
 }
 
-fn phase(context: &Context, def: &PhaseDef) -> Result<Phase> {
+fn phase(context: &mut Context, def: &PhaseDef) -> Result<Phase> {
     match def {
         PhaseDef::Isotropic => Ok(Phase::Isotropic),
         PhaseDef::Rayleigh => Ok(Phase::Rayleigh),
@@ -110,10 +110,31 @@ fn phase(context: &Context, def: &PhaseDef) -> Result<Phase> {
             context.at(g.span(), HenyeyGreenstein::new(g.get_ref().get())).map(Phase::HenyeyGreenstein)
         }
         PhaseDef::Table(PhaseTableDef::Mixture(defs)) => {
-            let lobe =
+            let mut lobe =
                 |def: &super::schema::WeightedPhaseDef| Ok((def.weight.get(), phase(context, &def.phase)?));
-            let lobes = defs.get_ref().iter().map(lobe).collect::<Result<Vec<_>>>()?;
+            let lobes = defs.get_ref().iter().map(&mut lobe).collect::<Result<Vec<_>>>()?;
             context.at(defs.span(), Mixture::new(lobes)).map(Phase::Mixture)
+        }
+        PhaseDef::Table(PhaseTableDef::Droplets(diameter)) => {
+            context.at(diameter.span(), droplets(diameter.get_ref().get()))
+        }
+        PhaseDef::Table(PhaseTableDef::Tabulated(pairs)) => {
+            let entries: Vec<(f32, f32)> = pairs.get_ref().iter().map(|p| (p.0.x, p.0.y)).collect();
+            context.at(pairs.span(), Tabulated::new(&entries)).map(Phase::Tabulated)
+        }
+        PhaseDef::Table(PhaseTableDef::Fibres(def)) => {
+            let (axis, roughness) = (def.get_ref().axis.0, def.get_ref().roughness.get());
+            context.at(def.span(), Sggx::new(axis, roughness, true)).map(Phase::Sggx)
+        }
+        PhaseDef::Table(PhaseTableDef::Flakes(def)) => {
+            let (axis, roughness) = (def.get_ref().axis.0, def.get_ref().roughness.get());
+            context.at(def.span(), Sggx::new(axis, roughness, false)).map(Phase::Sggx)
+        }
+        PhaseDef::Table(PhaseTableDef::ByPlace(def)) => {
+            let inner = def.get_ref();
+            let parts = [phase(context, &inner.first)?, phase(context, &inner.second)?];
+            let share = grids::grid_of(context, &inner.share, 1.0)?;
+            context.at(def.span(), ByPlace::new(*share, parts)).map(|p| Phase::ByPlace(Box::new(p)))
         }
     }
 }

@@ -159,7 +159,7 @@ pub struct NoiseDef {
     pub resolution: Option<Count<1>>,
 }
 
-/// `phase = "isotropic"`, `"rayleigh"`, `{ hg = 0.8 }` or `{ mixture = [{ weight, phase }, …] }`.
+/// `phase = "isotropic"`, `"rayleigh"`, or a table with one key, such as `{ hg = 0.8 }`.
 #[derive(Debug, Default)]
 pub enum PhaseDef {
     /// Alike in all directions.
@@ -178,7 +178,39 @@ choice! {
         "hg" => HenyeyGreenstein(Spanned<Number>),
         /// A weighted mean; the weights are divided by their sum.
         "mixture" => Mixture(Spanned<Vec<WeightedPhaseDef>>),
+        /// Droplets of water, by their diameter in micrometres: 5 to 50.
+        "droplets" => Droplets(Spanned<Number>),
+        /// Pairs [cosine of the deflection, value], from -1 (straight back) to 1 (straight on); linear between them.
+        "table" => Tabulated(Spanned<Vec<Pair>>),
+        /// Fibres: the way they lie, and how unlike they lie.
+        "fibres" => Fibres(Spanned<FlakesDef>),
+        /// Flakes: the way that most of them face.
+        "flakes" => Flakes(Spanned<FlakesDef>),
+        /// Two phase functions, and a grid of the share of the second.
+        "by_place" => ByPlace(Box<Spanned<ByPlaceDef>>),
     }
+}
+
+/// `flakes = { axis, roughness }`.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct FlakesDef {
+    /// Of any length.
+    pub axis: Triple,
+    /// From 0.01, all alike, to 1, turned anyhow.
+    pub roughness: Positive,
+}
+
+/// `by_place = { first, second, share }`.
+#[derive(Deserialize, Debug)]
+#[serde(deny_unknown_fields)]
+pub struct ByPlaceDef {
+    /// Where the share is 0.
+    pub first: PhaseDef,
+    /// Where the share is 1.
+    pub second: PhaseDef,
+    /// From 0 to 1.
+    pub share: Spanned<GridDef>,
 }
 
 /// One phase function of a mixture.
