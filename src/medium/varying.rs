@@ -71,6 +71,9 @@ const CELLS: f64 = 4.0;
 /// Depths that are kept along a beam at most.
 const MOST: f32 = 512.0;
 
+/// Optical depth that no picture shows.
+const NOTHING: f32 = 1e-7;
+
 impl Varying {
     /// Of its parts.
     ///
@@ -217,7 +220,13 @@ impl Varying {
         let end = match &self.extinction {
             Extinction::Scaled(Density::Grid(grid), _) => grid.crossing(origin, dir, 0.0, t1).map(|c| c.1),
             Extinction::Colored(grid) => grid.crossing(origin, dir, 0.0, t1).map(|c| c.1),
-            Extinction::Scaled(Density::Height(_), _) => Some(t1),
+            // Haze has no end, but on the way up soon all of its depth is behind.
+            Extinction::Scaled(Density::Height(_), sigma_t) => {
+                let thickest = sigma_t.max_position();
+                let whole = self.optical_depth(origin, dir, 0.0, t1)[thickest];
+                let most = (whole - NOTHING).min(whole * (1.0 - 2f32.powi(-22)));
+                Some(self.invert(origin, dir, 0.0, t1, thickest, most).unwrap_or(t1))
+            }
         };
         let Some(end) = end else { return 0.0 };
         let of = |channel| self.invert(origin, dir, 0.0, end, channel, depth).unwrap_or(end);

@@ -2,6 +2,7 @@
 
 mod free_flight;
 mod grid;
+mod height;
 mod homogeneous;
 mod phase;
 mod volume;

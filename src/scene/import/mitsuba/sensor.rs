@@ -61,6 +61,13 @@ impl Translator<'_> {
                 self.document.warn(&clip.place, "nothing is clipped away before or behind the camera");
             }
         }
+        if sensor.property("medium").is_some() {
+            let near = sensor.number_or("near_clip", 0.01)?;
+            self.document.warn(
+                &sensor.place,
+                format!("the medium about the camera begins at the lens; Mitsuba leaves the first {near} of it out (`near_clip`)"),
+            );
+        }
         if sensor.property("srf").is_some() {
             return Err(sensor.unsupported("a spectral response `srf` is not supported"));
         }

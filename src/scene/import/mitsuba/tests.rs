@@ -85,6 +85,10 @@ fn filters_and_clipping_are_warned_about() {
     let (_, warnings) = translated(&sensor).unwrap();
     assert!(warnings.iter().any(|w| w.contains("not `gaussian`")), "{warnings:?}");
     assert!(warnings.iter().any(|w| w.contains("nothing is clipped")), "{warnings:?}");
+    let fog = "<medium name='medium' type='homogeneous'/>";
+    let (_, warnings) = translated(&SENSOR.replace("<film", &format!("{fog}<film"))).unwrap();
+    assert!(warnings.iter().any(|w| w.contains("the first 0.01 of it")), "{warnings:?}");
+    assert!(!translated(SENSOR).unwrap().1.iter().any(|w| w.contains("of it out")));
 }
 
 #[test]
