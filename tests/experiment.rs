@@ -427,6 +427,7 @@ fn the_experiments_of_the_project_can_be_read() {
         [
             "bpt-vs-pt",
             "contributions",
+            "heterogeneous",
             "light-tracing",
             "media-bpt",
             "media-bpt-only-media",

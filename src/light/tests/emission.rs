@@ -17,8 +17,8 @@ fn directions_follow_their_density() {
         let at = lights.sample_emission(&geometry, 0.5, fixed, fixed).unwrap().point;
         let one_sided = matches!(name, "sphere" | "disc" | "mesh");
         let cap = match name {
-            "spot" => Cap { axis: spot_axis(), cos_min: 35f64.to_radians().cos() },
-            "hard spot" => Cap { axis: spot_axis(), cos_min: 50f64.to_radians().cos() },
+            "spot" | "linear spot" => Cap { axis: spot_axis(), cos_min: 35f64.to_radians().cos() },
+            "hard spot" | "linear hard spot" => Cap { axis: spot_axis(), cos_min: 50f64.to_radians().cos() },
             "soft wide spot" => Cap { axis: spot_axis(), cos_min: 0.0 },
             _ if one_sided => Cap { axis: at.n, cos_min: 0.0 },
             "point" => Cap::SPHERE,
@@ -147,6 +147,13 @@ fn analytic_power(name: &str, disc_radius: f32) -> f64 {
             .sum::<f64>();
         2.0 * PI * (1.0 - ci + edge)
     };
+    // The same where it falls with the angle, over angles.
+    let linear_cone = |inner: f64, cutoff: f64| {
+        let n = 100_000;
+        let at = |i: i32| cutoff * (f64::from(i) + 0.5) / f64::from(n);
+        let falloff = |angle: f64| ((cutoff - angle) / (cutoff - inner)).min(1.0);
+        2.0 * PI * (0..n).map(|i| falloff(at(i)) * at(i).sin() * cutoff / f64::from(n)).sum::<f64>()
+    };
     3.0 * match name {
         "sphere" => PI * (4.0 * PI * 0.25),
         "sphere both sides" => 2.0 * PI * (4.0 * PI * 0.25),
@@ -155,7 +162,8 @@ fn analytic_power(name: &str, disc_radius: f32) -> f64 {
         "mesh" => PI * 0.4,
         "point" => 4.0 * PI,
         "spot" => cone(20.0, 35.0),
-        "hard spot" => cone(50.0, 50.0),
+        "hard spot" | "linear hard spot" => cone(50.0, 50.0),
+        "linear spot" => linear_cone(20f64.to_radians(), 35f64.to_radians()),
         "soft wide spot" => cone(0.0, 90.0),
         "directional" => disc,
         "constant" => 4.0 * PI * disc,
