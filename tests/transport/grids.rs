@@ -43,8 +43,12 @@ fn weights_and_contributions_of_merges_are_the_oracles() {
         ["upbp", "pb2d", "bb1d", "upbp,bp2d", "bp2d", "pp3d", "upbp,bp2d", "bb1d"].into_iter().enumerate()
     {
         let kind = |bit: usize| if i >> bit & 1 == 0 { Beams::Short } else { Beams::Long };
-        let merging =
-            MergeSettings { photon_beams: kind(0), camera_beams: kind(1), ..MergeSettings::default() };
+        let merging = MergeSettings {
+            photon_beams: kind(0),
+            camera_beams: kind(1),
+            camera_continuation: 0.4,
+            ..MergeSettings::default()
+        };
         let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };
         let settings = Settings { heuristic, merging, max_length: 6, seed: 7, ..Settings::new(set(names)) };
         crate::merges::check("clouds", &scene, settings, &mut seen);

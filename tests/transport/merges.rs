@@ -106,6 +106,7 @@ fn weights_and_contributions_of_merges_are_the_oracles() {
                 photon_beams: kind(0),
                 camera_beams: kind(1),
                 first,
+                camera_continuation: 0.4,
                 ..MergeSettings::default()
             };
             let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };

@@ -22,7 +22,7 @@ pub struct MergeDef {
     pub most_photons: Option<u64>,
     /// About as many beams are stored at most; default no bound.
     pub most_beams: Option<u64>,
-    /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default 0.4.
+    /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default 0.9.
     pub camera_continuation: Option<f32>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,

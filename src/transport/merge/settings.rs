@@ -95,8 +95,9 @@ pub struct MergeSettings {
     ///
     /// Light that is scattered many times comes by light subpaths as well, and these are merged with at the first
     /// collisions and along the first edges that a camera subpath has. What it would look for further on, at each of
-    /// dozens of collisions, takes most of the time and adds little: at 0.4, beside 1, the variance times the time was
-    /// 0.4 to 0.95 of what it was on our scenes.
+    /// dozens of collisions, takes most of the time and adds little. Only where light has to find its way far through
+    /// a dense medium of high albedo, as to the foot of a candle, few light subpaths get there: at 0.4 fog is
+    /// rendered twice as efficiently as at 1, but that foot is left to rare bright samples. At 0.9 it is not.
     pub camera_continuation: f32,
 }
 
@@ -110,7 +111,7 @@ impl Default for MergeSettings {
             first: false,
             most_photons: None,
             most_beams: None,
-            camera_continuation: 0.4,
+            camera_continuation: 0.9,
         }
     }
 }
