@@ -60,9 +60,9 @@ pub struct ImportArgs {
     pub out: PathBuf,
 }
 
-/// `tyndall run`.
+/// An experiment, where its results are, and what is changed of it.
 #[derive(Args, Debug)]
-pub struct RunArgs {
+pub struct ExperimentArgs {
     /// The experiment file.
     #[arg(value_name = "EXPERIMENT.toml")]
     pub experiment: PathBuf,
@@ -72,12 +72,20 @@ pub struct RunArgs {
     /// Folder where rendered references are kept [default: .references beside the folder of results].
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
-    /// Threads to render with [default: one a processor].
+    /// Threads to render with; timed runs are those of as many [default: one a processor].
     #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,
     /// Change an entry of the experiment file, as in --set budget.spp=16 or --set estimator.pt.max_length=4.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+}
+
+/// `tyndall run`.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// Which experiment.
+    #[command(flatten)]
+    pub of: ExperimentArgs,
     /// Render a part of the runs only, such as 2/8 for the second of eight, and measure nothing: `tyndall merge` does.
     #[arg(long, value_name = "I/N", value_parser = super::parse::shard)]
     pub shard: Option<(u64, u64)>,
@@ -90,21 +98,9 @@ pub struct RunArgs {
 /// `tyndall status`.
 #[derive(Args, Debug)]
 pub struct StatusArgs {
-    /// The experiment file.
-    #[arg(value_name = "EXPERIMENT.toml")]
-    pub experiment: PathBuf,
-    /// Folder of the results [default: results/<experiment>].
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Folder where rendered references are kept [default: .references beside the folder of results].
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
-    /// Threads that the experiment runs with: timed runs are those of as many [default: one a processor].
-    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
-    pub threads: Option<usize>,
-    /// Change an entry of the experiment file, as for `tyndall run`.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
+    /// Which experiment.
+    #[command(flatten)]
+    pub of: ExperimentArgs,
     /// Delete the runs of other settings, scene contents or rendering code from the folder of results.
     #[arg(long)]
     pub prune: bool,
@@ -113,24 +109,12 @@ pub struct StatusArgs {
 /// `tyndall merge`.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// The experiment file.
-    #[arg(value_name = "EXPERIMENT.toml")]
-    pub experiment: PathBuf,
+    /// Which experiment.
+    #[command(flatten)]
+    pub of: ExperimentArgs,
     /// Folders of results that shards made, if they have folders of their own.
     #[arg(value_name = "DIR")]
     pub from: Vec<PathBuf>,
-    /// Folder of the results [default: results/<experiment>].
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Folder where rendered references are kept [default: .references beside the folder of results].
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
-    /// Threads that the shards ran with: timed runs are those of as many [default: one a processor].
-    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
-    pub threads: Option<usize>,
-    /// Change an entry of the experiment file, as for `tyndall run`.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
 }
 
 /// `tyndall render`.

@@ -2,10 +2,9 @@
 
 use super::args::MergeArgs;
 use super::progress::Progress;
-use super::run::{default_cache, folders, overrides, show};
+use super::run::{default_cache, open, show};
 use super::session::{Ending, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::plan;
 use crate::experiment::run::{self, CLOCK, Options, Part};
 use crate::experiment::store::FOLDER;
 use crate::film::output::write_bytes;
@@ -17,8 +16,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// A folder without anything to take over, or a reference that is nowhere; files that cannot be read or written.
 pub fn run(args: &MergeArgs) -> Result<Ending> {
-    let plan = plan::read(&args.experiment, &overrides(&args.overrides)?)?;
-    let (out, cache) = folders(&plan, args.out.as_deref(), args.cache.as_deref());
+    let (plan, out, cache) = open(&args.of)?;
     for dir in &args.from {
         let cells = dir.join(FOLDER);
         if !cells.is_dir() {
@@ -33,7 +31,7 @@ pub fn run(args: &MergeArgs) -> Result<Ending> {
     }
     let stop = stop_on_interrupt()?;
     let options = Options { out: &out, cache: &cache, stop: &stop, part: Part::Measure };
-    let results = with_threads(args.threads, || run::run(&plan, &options, &mut Progress::new()))?;
+    let results = with_threads(args.of.threads, || run::run(&plan, &options, &mut Progress::new()))?;
     show(&out, &results)?;
     Ok(Ending::from(&stop))
 }

@@ -1,6 +1,6 @@
 //! `tyndall run`, and what it has in common with `status` and `merge`.
 
-use super::args::RunArgs;
+use super::args::{ExperimentArgs, RunArgs};
 use super::progress::Progress;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::Result;
@@ -17,13 +17,12 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Anything wrong with the experiment or its scenes, before anything is rendered; files that cannot be written.
 pub fn run(args: &RunArgs) -> Result<Ending> {
-    let plan = plan::read(&args.experiment, &overrides(&args.overrides)?)?;
-    let (out, cache) = folders(&plan, args.out.as_deref(), args.cache.as_deref());
+    let (plan, out, cache) = open(&args.of)?;
     let stop = stop_on_interrupt()?;
     let part = args.shard.map_or(Part::All, |(index, of)| Part::Shard { index, of });
     let options = Options { out: &out, cache: &cache, stop: &stop, part };
     let mut progress = Progress::new().with_tev(args.tev.as_deref());
-    let results = with_threads(args.threads, || run::run(&plan, &options, &mut progress))?;
+    let results = with_threads(args.of.threads, || run::run(&plan, &options, &mut progress))?;
     if let Some((index, of)) = args.shard {
         let state = if stop.requested() { "stopped" } else { "done" };
         print(format!("shard {} of {of}: {state}; the runs are in {}\n", index + 1, out.display()))?;
@@ -49,19 +48,16 @@ pub fn show(out: &Path, results: &Results) -> Result<()> {
     print(format!("{}\n", report.page.display()))
 }
 
-/// The changes of `--set`.
+/// The plan of an experiment, and the folders of results and of references.
 ///
 /// # Errors
-/// What is none.
-pub fn overrides(texts: &[String]) -> Result<Vec<Override>> {
-    texts.iter().map(|text| Override::parse(text)).collect()
-}
-
-/// The folders of results and of references.
-pub fn folders(plan: &Plan, out: Option<&Path>, cache: Option<&Path>) -> (PathBuf, PathBuf) {
-    let out = out.map_or_else(|| Path::new("results").join(&plan.name), Path::to_owned);
-    let cache = cache.map_or_else(|| default_cache(&out), Path::to_owned);
-    (out, cache)
+/// Anything wrong with the experiment or with what is changed of it.
+pub fn open(args: &ExperimentArgs) -> Result<(Plan, PathBuf, PathBuf)> {
+    let overrides: Result<Vec<Override>> = args.overrides.iter().map(|text| Override::parse(text)).collect();
+    let plan = plan::read(&args.experiment, &overrides?)?;
+    let out = args.out.clone().unwrap_or_else(|| Path::new("results").join(&plan.name));
+    let cache = args.cache.clone().unwrap_or_else(|| default_cache(&out));
+    Ok((plan, out, cache))
 }
 
 /// Beside the results, so that experiments share it.

@@ -2,10 +2,9 @@
 
 use super::args::StatusArgs;
 use super::progress::clock;
-use super::run::{folders, overrides};
+use super::run::open;
 use super::session::{Ending, print, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::plan;
 use crate::experiment::status::{Row, Status, status};
 use std::path::Path;
 
@@ -14,9 +13,8 @@ use std::path::Path;
 /// # Errors
 /// Anything wrong with the experiment or its scenes.
 pub fn run(args: &StatusArgs) -> Result<Ending> {
-    let plan = plan::read(&args.experiment, &overrides(&args.overrides)?)?;
-    let (out, cache) = folders(&plan, args.out.as_deref(), args.cache.as_deref());
-    let status = with_threads(args.threads, || status(&plan, &out, &cache))?;
+    let (plan, out, cache) = open(&args.of)?;
+    let status = with_threads(args.of.threads, || status(&plan, &out, &cache))?;
     print(text(&status))?;
     let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
     if args.prune {

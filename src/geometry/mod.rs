@@ -18,6 +18,7 @@ mod quadric;
 mod ray;
 mod sample;
 mod shape;
+pub(crate) mod slab;
 mod smooth;
 mod stats;
 #[cfg(test)]

@@ -4,8 +4,8 @@
 //! scene and preset has the significance of 1%, half of it for the image's mean and half shared out over its tiles.
 
 use crate::{render, scene_path, shared};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::Path;
+use tyndall::experiment::statistics::{Summary, two_sided_quantile, welch_satterthwaite};
 use tyndall::film::Image;
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
@@ -19,27 +19,21 @@ const RUNS: u64 = 16;
 struct Estimate {
     mean: f64,
     error: f64,
-    degrees: f64,
+    degrees: usize,
 }
 
 impl Estimate {
     fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Self { mean, error: (variance / n).sqrt(), degrees: n - 1.0 }
+        let summary = Summary::of(values).expect("finite values");
+        Self { mean: summary.mean, error: summary.variance_of_mean().sqrt(), degrees: summary.count - 1 }
     }
 
     /// The difference, and how far from 0 it may be at this level [Welch 1947].
     fn difference(self, other: Self, level: f64) -> (f64, f64) {
-        let (a, b) = (self.error.powi(2), other.error.powi(2));
-        let degrees = match a + b > 0.0 {
-            true => (a + b).powi(2) / (a * a / self.degrees + b * b / other.degrees),
-            false => self.degrees,
-        };
-        let t = StudentsT::new(0.0, 1.0, degrees).expect("degrees of freedom").inverse_cdf(1.0 - level / 2.0);
+        let [a, b] = [self, other].map(|e| (e.error.powi(2), e.degrees));
+        let t = two_sided_quantile(1.0 - level, welch_satterthwaite(&[a, b])).expect("degrees of freedom");
         // What has no variance at all is held to the rounding of f32.
-        (self.mean - other.mean, t * (a + b).sqrt() + 2e-6 * other.mean.abs())
+        (self.mean - other.mean, t * (a.0 + b.0).sqrt() + 2e-6 * other.mean.abs())
     }
 }
 
@@ -55,7 +49,7 @@ impl Reference {
     fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-        let degrees = json["batches"].as_f64().expect("a number") - 1.0;
+        let degrees = json["batches"].as_u64().expect("a number") as usize - 1;
         let flat = |key: &str| -> Vec<f64> {
             let rows = json[key].as_array().expect("rows").iter();
             let cells = rows.flat_map(|row| row.as_array().expect("columns"));
@@ -71,7 +65,7 @@ impl Reference {
     }
 
     /// From pixels with their standard errors, of `batches` each.
-    fn of_pixels(width: usize, mean: &[f64], error: &[f64], batches: f64) -> Self {
+    fn of_pixels(width: usize, mean: &[f64], error: &[f64], batches: usize) -> Self {
         // Errors of pixels are independent: each has samples of its own.
         let sum = |pixels: &[usize]| {
             let n = pixels.len() as f64;
@@ -79,7 +73,7 @@ impl Reference {
                 mean: pixels.iter().map(|i| mean[*i]).sum::<f64>() / n,
                 error: pixels.iter().map(|i| error[*i].powi(2)).sum::<f64>().sqrt() / n,
                 // Of all pixels' variances together.
-                degrees: n * (batches - 1.0),
+                degrees: pixels.len() * (batches - 1),
             }
         };
         let height = mean.len() / 3 / width;
@@ -177,7 +171,7 @@ fn shared_cases_are_as_in_mitsuba() {
         let archive = std::fs::read(cases.join("mitsuba").join(format!("{name}.npz"))).expect("a reference");
         let (mean, error) = (crate::npz::array(&archive, "mean"), crate::npz::array(&archive, "se"));
         // Of at least eight batches, says the README there.
-        let reference = Reference::of_pixels(48, &mean, &error, 8.0);
+        let reference = Reference::of_pixels(48, &mean, &error, 8);
         for preset in ["pt", "bpt"] {
             assert_same(name, &scene, preset, 32, &reference);
         }

@@ -10,8 +10,9 @@ mod traverse;
 
 use super::aabb::Aabb;
 use super::quadric::{Disc, Sphere};
+use super::slab::FourBoxes;
 use super::triangle::Block;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 
 /// A primitive to build over.
 pub(super) enum Primitive {
@@ -72,7 +73,7 @@ impl Child {
 #[repr(C)]
 struct Node {
     /// For each axis, the lower and the upper bounds of the four boxes.
-    bounds: [[Vec4; 2]; 3],
+    bounds: FourBoxes,
     child: [Child; 4],
 }
 

@@ -1,7 +1,9 @@
 //! Rays through the tree.
 
+use super::super::aabb::Aabb;
 use super::super::quadric::{Disc, Sphere};
 use super::super::ray::Ray;
+use super::super::slab::Line;
 use super::super::triangle::Shear;
 use super::{Bvh, Child, Found, Leaf, Node};
 use glam::{Vec2, Vec3A, Vec4};
@@ -9,39 +11,18 @@ use glam::{Vec2, Vec3A, Vec4};
 /// Entries of the stack from here up are boxes that the ray misses.
 const MISSED: u64 = (u32::MAX as u64) << 32;
 
-/// What of a ray the tests of boxes need.
-///
-/// A box is entered through its near planes and left through its far ones. Each set has an origin of its own, moved
-/// apart by `pad`, which widens all boxes by a bound on (a) how far the triangle test moves corners by rounding (a few
-/// ulps of their distance) and (b) the rounding of the box test itself. So the boxes lose no hit that the triangle test
-/// would find, and rays along a box's face, with zeros of either sign in their direction, need no special case.
+/// What of a ray the tests of boxes and of triangles need.
 pub(in super::super) struct Query {
-    near: [Vec4; 3],
-    far: [Vec4; 3],
-    inverse: [Vec4; 3],
-    /// Which of a box's two bounds is the near one.
-    sign: [usize; 3],
+    line: Line,
     shear: Shear,
 }
 
 impl Bvh {
     #[inline(always)]
     fn query(&self, ray: &Ray) -> Query {
-        let bounds = self.bounds.as_ref().map_or((Vec3A::ZERO, Vec3A::ZERO), |b| (b.min, b.max));
-        let reach = (bounds.1 - ray.origin).abs().max((bounds.0 - ray.origin).abs()).max_element();
-        let pad = 2f32.powi(-20) * reach + 2f32.powi(-22) * ray.origin.abs().max_element();
-        let dir = ray.dir.to_array();
-        let origin = ray.origin.to_array();
-        // A component of (nearly) zero: a slab is crossed at once, or never.
-        let inverse = dir.map(|d| if d.abs() > 1e-20 { 1.0 / d } else { 1e20f32.copysign(d) });
-        let moved = inverse.map(|i| pad.copysign(i));
-        Query {
-            near: std::array::from_fn(|a| Vec4::splat(origin[a] + moved[a])),
-            far: std::array::from_fn(|a| Vec4::splat(origin[a] - moved[a])),
-            inverse: inverse.map(Vec4::splat),
-            sign: inverse.map(|i| usize::from(i < 0.0)),
-            shear: Shear::new(ray),
-        }
+        let nowhere = Aabb { min: Vec3A::ZERO, max: Vec3A::ZERO };
+        let bounds = self.bounds.as_ref().unwrap_or(&nowhere);
+        Query { line: Line::new(ray.origin, ray.dir, bounds), shear: Shear::new(ray) }
     }
 
     /// What the ray meets first.
@@ -192,13 +173,7 @@ impl Node {
     /// place of the others.
     #[inline(always)]
     fn enter(&self, q: &Query, t_max: f32) -> [u64; 4] {
-        let mut t0 = Vec4::ZERO;
-        let mut t1 = Vec4::splat(t_max);
-        for a in 0..3 {
-            let s = q.sign[a] & 1;
-            t0 = t0.max((self.bounds[a][s] - q.near[a]) * q.inverse[a]);
-            t1 = t1.min((self.bounds[a][s ^ 1] - q.far[a]) * q.inverse[a]);
-        }
+        let (t0, t1) = q.line.through(&self.bounds, t_max);
         let t = Vec4::select(t0.cmple(t1), t0, Vec4::splat(f32::from_bits(u32::MAX))).to_array();
         std::array::from_fn(|i| u64::from(t[i].to_bits()) << 32 | u64::from(self.child[i].0))
     }

@@ -5,9 +5,10 @@
 //! cut by expected cost gains a query little, while this one is built several times faster, and four boxes in full f32 are
 //! tested in a fraction of the instructions that a compressed node takes.
 
+use crate::geometry::Aabb;
+use crate::geometry::slab::{FourBoxes, Line};
 use crate::math::prefetch;
 use glam::{Vec3A, Vec4};
-use obvhs::aabb::Aabb;
 
 /// Boxes in a four-way tree, each with an item; items lie in the tree's order.
 pub struct Boxes<T> {
@@ -22,7 +23,7 @@ pub struct Boxes<T> {
 #[repr(C, align(64))]
 struct Node {
     /// For each axis, the lower and the upper bounds.
-    bounds: [[Vec4; 2]; 3],
+    bounds: FourBoxes,
     /// The first of the nodes, or of the items, that the boxes are of.
     first: u32,
     /// Which of the boxes are of leaves, a bit each.
@@ -52,7 +53,7 @@ impl<T: Copy> Boxes<T> {
         let mut tree = Self {
             nodes: Vec::with_capacity(boxes.len() / 2 + 1),
             items: order.iter().map(|c| items[c.index as usize]).collect(),
-            bounds: Aabb::empty(),
+            bounds: Aabb::EMPTY,
         };
         if !boxes.is_empty() {
             tree.nodes.push(Node::EMPTY);
@@ -64,13 +65,13 @@ impl<T: Copy> Boxes<T> {
     /// Makes the node `slot` for the items from `from` up to `to`; their box.
     fn fill(&mut self, slot: usize, from: usize, to: usize, order: &[Centre], boxes: &[Aabb]) -> Aabb {
         let mut node = Node::EMPTY;
-        let mut all = Aabb::empty();
+        let mut all = Aabb::EMPTY;
         if is_leaf(to - from) {
             node.first = from as u32;
             for (lane, centre) in order[from..to].iter().enumerate() {
                 let own = &boxes[centre.index as usize];
                 node.set(lane, own);
-                all = all.union(own);
+                all = all.union(*own);
             }
         } else {
             let middle = from + left_half(to - from);
@@ -83,7 +84,7 @@ impl<T: Copy> Boxes<T> {
                 let own = self.fill(first + lane, part[0], part[1], order, boxes);
                 node.set(lane, &own);
                 node.leaves |= u32::from(is_leaf(part[1] - part[0])) << lane;
-                all = all.union(&own);
+                all = all.union(own);
             }
         }
         self.nodes[slot] = node;
@@ -211,35 +212,6 @@ fn arrange(order: &mut [Centre]) {
     }
 }
 
-/// What of a line the tests of boxes need. Boxes are entered through their near planes and left through their far ones;
-/// each set has an origin of its own, moved apart by a bound on the test's rounding, so that no box is missed that the
-/// line touches. Zeros of either sign in the direction need no special case.
-struct Line {
-    near: [Vec4; 3],
-    far: [Vec4; 3],
-    inverse: [Vec4; 3],
-    /// Which of a box's two bounds is the near one.
-    sign: [usize; 3],
-}
-
-impl Line {
-    #[inline(always)]
-    fn new(origin: Vec3A, dir: Vec3A, bounds: &Aabb) -> Self {
-        let reach = (bounds.max - origin).abs().max((bounds.min - origin).abs()).max_element();
-        let pad = 2f32.powi(-20) * reach + 2f32.powi(-22) * origin.abs().max_element();
-        // A component of (nearly) zero: a slab is crossed at once, or never.
-        let inverse = dir.to_array().map(|d| if d.abs() > 1e-20 { 1.0 / d } else { 1e20f32.copysign(d) });
-        let origin = origin.to_array();
-        let moved = inverse.map(|i| pad.copysign(i));
-        Self {
-            near: std::array::from_fn(|a| Vec4::splat(origin[a] + moved[a])),
-            far: std::array::from_fn(|a| Vec4::splat(origin[a] - moved[a])),
-            inverse: inverse.map(Vec4::splat),
-            sign: inverse.map(|i| usize::from(i < 0.0)),
-        }
-    }
-}
-
 impl Node {
     const EMPTY: Self = Self { bounds: [[Vec4::INFINITY, Vec4::NEG_INFINITY]; 3], first: 0, leaves: 0 };
 
@@ -253,12 +225,7 @@ impl Node {
     /// The boxes that a line meets at a distance from 0 to `length`, a bit each.
     #[inline(always)]
     fn along(&self, line: &Line, length: f32) -> u32 {
-        let (mut t0, mut t1) = (Vec4::ZERO, Vec4::splat(length));
-        for axis in 0..3 {
-            let s = line.sign[axis] & 1;
-            t0 = t0.max((self.bounds[axis][s] - line.near[axis]) * line.inverse[axis]);
-            t1 = t1.min((self.bounds[axis][s ^ 1] - line.far[axis]) * line.inverse[axis]);
-        }
+        let (t0, t1) = line.through(&self.bounds, length);
         t0.cmple(t1).bitmask()
     }
 
@@ -278,7 +245,7 @@ pub fn widened(a: Vec3A, b: Vec3A, half: f32) -> Aabb {
     let (min, max) = (a.min(b), a.max(b));
     // A little wider, so that the rounding of the boxes' test loses nothing.
     let slack = Vec3A::splat(half * 1.0001) + 4.0 * f32::EPSILON * min.abs().max(max.abs());
-    Aabb::new(min - slack, max + slack)
+    Aabb { min: min - slack, max: max + slack }
 }
 
 #[cfg(test)]
@@ -340,7 +307,7 @@ mod tests {
             let boxes: Vec<Aabb> = (0..count)
                 .map(|_| {
                     let (centre, size) = (point(), half * point());
-                    Aabb::new(centre - size, centre + size)
+                    Aabb { min: centre - size, max: centre + size }
                 })
                 .collect();
             let items: Vec<usize> = (0..count).collect();

@@ -12,13 +12,13 @@ use super::join::{Arm, is_negligible};
 use super::settings::Beams;
 use super::store::{Beam, CHUNK, LightStart, Photon, Stored};
 use crate::bsdf::Mode;
+use crate::geometry::Aabb;
 use crate::medium::Coefficients;
 use crate::scene::{Scene, Stretch};
 use crate::transport::pass::Pass;
 use crate::transport::technique::Technique;
 use crate::transport::walk::Flight;
 use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
 /// Beams are cut for their tree into pieces of so many radii, or longer ones.
