@@ -72,17 +72,13 @@ pub(super) fn section(context: &mut Context, view: &SceneView, images: &Images, 
         let rows = 2 + usize::from(has_maps) + usize::from(!crops.is_empty());
         let style = format!("--columns:{};--rows:{rows}", columns.len());
         let label = format!("images of {} side by side", view.scene.label);
-        m.tag(
-            "div",
-            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
-            |m| {
-                m.tag("div", &[("class", &"columns"), ("style", &style)], |m| {
-                    for column in &columns {
-                        column_of(m, view, column, &crops, has_maps, metric.zip(scale));
-                    }
-                });
-            },
-        );
+        m.region(&[("class", &"scroll")], &label, |m| {
+            m.tag("div", &[("class", &"columns"), ("style", &style)], |m| {
+                for column in &columns {
+                    column_of(m, view, column, &crops, has_maps, metric.zip(scale));
+                }
+            });
+        });
         if let Some((metric, scale)) = metric.zip(scale).filter(|_| has_maps) {
             color_bar(m, metric, scale);
         }
@@ -104,36 +100,25 @@ pub(super) fn strip(context: &mut Context, view: &SceneView, images: &Images, m:
     m.tag("section", &[("id", &id), ("class", &"images")], |m| {
         m.leaf("h3", &[], "In a row");
         let style = format!("--columns:{}", view.entries.len());
-        m.tag(
-            "div",
-            &[
-                ("class", &"scroll"),
-                ("tabindex", &0),
-                ("role", &"region"),
-                ("aria-label", &"estimators in a row"),
-            ],
-            |m| {
-                m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
-                    for (entry, image) in view.entries.iter().zip(&images.estimates) {
-                        let picture =
-                            image.as_ref().and_then(|i| Picture::of(i, view.scene.exposure, STRIP_SIDE));
-                        let fact = format!("{} spp, {}", samples(entry), duration(entry.cell.seconds.mean));
-                        m.tag("figure", &[], |m| {
-                            let alt = format!("{} by {}, {fact}", view.scene.label, entry.info.label);
-                            shown(m, picture.as_ref(), &alt, &entry.cell.files.exr, "", view);
-                            m.tag("figcaption", &[], |m| {
-                                m.leaf("b", &[], &entry.info.label);
-                                m.leaf("span", &[("class", &"fact")], &fact);
-                            });
+        m.region(&[("class", &"scroll")], &"estimators in a row", |m| {
+            m.tag("div", &[("class", &"row"), ("style", &style)], |m| {
+                for (entry, image) in view.entries.iter().zip(&images.estimates) {
+                    let picture =
+                        image.as_ref().and_then(|i| Picture::of(i, view.scene.exposure, STRIP_SIDE));
+                    let fact = format!("{} spp, {}", samples(entry), duration(entry.cell.seconds.mean));
+                    m.tag("figure", &[], |m| {
+                        let alt = format!("{} by {}, {fact}", view.scene.label, entry.info.label);
+                        shown(m, picture.as_ref(), &alt, &entry.cell.files.exr, "", view);
+                        m.tag("figcaption", &[], |m| {
+                            m.leaf("b", &[], &entry.info.label);
+                            m.leaf("span", &[("class", &"fact")], &fact);
                         });
-                        montage.push(
-                            0,
-                            Tile { picture, label: entry.info.label.clone(), fact, pixelated: false },
-                        );
-                    }
-                });
-            },
-        );
+                    });
+                    montage
+                        .push(0, Tile { picture, label: entry.info.label.clone(), fact, pixelated: false });
+                }
+            });
+        });
     });
     context.figures.push((format!("{}-strip", view.slug), montage.svg()));
 }

@@ -155,41 +155,37 @@ fn runs(runs: &[Run], key: &str, against: Against, noise: f64) -> Vec<Vec<(f64, 
 fn slopes(view: &SceneView, metrics: &[&MetricInfo], m: &mut Markup) {
     m.tag("details", &[], |m| {
         m.leaf("summary", &[], "Table of fitted slopes");
-        m.tag(
-            "div",
-            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &"slopes")],
-            |m| {
-                m.tag("table", &[], |m| {
-                    m.tag("thead", &[], |m| {
-                        m.tag("tr", &[], |m| {
-                            m.leaf("th", &[("scope", &"col")], "estimator");
-                            for k in metrics {
-                                m.leaf("th", &[("scope", &"col")], format!("{} / samples", k.label));
-                                m.leaf("th", &[("scope", &"col")], format!("{} / time", k.label));
-                            }
-                        });
-                    });
-                    m.tag("tbody", &[], |m| {
-                        for entry in &view.entries {
-                            m.tag("tr", &[], |m| {
-                                m.tag("th", &[("scope", &"row")], |m| {
-                                    swatch(m, entry.index);
-                                    m.text(&entry.info.label);
-                                });
-                                for k in metrics {
-                                    let curve = entry.cell.convergence.iter().find(|c| c.metric == k.key);
-                                    for against in [Against::Samples, Against::Time] {
-                                        let text = curve
-                                            .and_then(|c| against.slope(c))
-                                            .map_or_else(|| "–".into(), |s| super::context::estimate(&s));
-                                        m.leaf("td", &[("class", &"number")], text);
-                                    }
-                                }
-                            });
+        m.region(&[("class", &"scroll")], &"slopes", |m| {
+            m.tag("table", &[], |m| {
+                m.tag("thead", &[], |m| {
+                    m.tag("tr", &[], |m| {
+                        m.leaf("th", &[("scope", &"col")], "estimator");
+                        for k in metrics {
+                            m.leaf("th", &[("scope", &"col")], format!("{} / samples", k.label));
+                            m.leaf("th", &[("scope", &"col")], format!("{} / time", k.label));
                         }
                     });
                 });
-            },
-        );
+                m.tag("tbody", &[], |m| {
+                    for entry in &view.entries {
+                        m.tag("tr", &[], |m| {
+                            m.tag("th", &[("scope", &"row")], |m| {
+                                swatch(m, entry.index);
+                                m.text(&entry.info.label);
+                            });
+                            for k in metrics {
+                                let curve = entry.cell.convergence.iter().find(|c| c.metric == k.key);
+                                for against in [Against::Samples, Against::Time] {
+                                    let text = curve
+                                        .and_then(|c| against.slope(c))
+                                        .map_or_else(|| "–".into(), |s| super::context::estimate(&s));
+                                    m.leaf("td", &[("class", &"number")], text);
+                                }
+                            }
+                        });
+                    }
+                });
+            });
+        });
     });
 }

@@ -58,6 +58,12 @@ impl Markup {
         self.text.push('>');
     }
 
+    /// A part that a narrow window scrolls, also by keys: a `div` with these attributes.
+    pub fn region(&mut self, attributes: &[Attribute], label: &dyn Display, fill: impl FnOnce(&mut Self)) {
+        let region: [Attribute; 3] = [("tabindex", &0), ("role", &"region"), ("aria-label", label)];
+        self.tag("div", &[attributes, &region].concat(), fill);
+    }
+
     /// An element that holds only text.
     pub fn leaf(&mut self, name: &str, attributes: &[Attribute], text: impl Display) {
         self.tag(name, attributes, |m| m.text(text));

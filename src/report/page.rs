@@ -139,39 +139,32 @@ fn overview(context: &Context, m: &mut Markup) {
     let Some(metric) = results.metrics.first().filter(|_| results.scenes.len() > 1) else { return };
     m.tag("section", &[("id", &"overview")], |m| {
         m.leaf("h2", &[], format!("{} in all scenes", metric.label));
-        m.tag(
-            "div",
-            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &"overview")],
-            |m| {
-                m.tag("table", &[], |m| {
-                    m.tag("thead", &[], |m| {
-                        m.tag("tr", &[], |m| {
-                            m.leaf("th", &[("scope", &"col")], "scene");
-                            results
-                                .estimators
-                                .iter()
-                                .for_each(|e| m.leaf("th", &[("scope", &"col")], &e.label));
-                        });
-                    });
-                    m.tag("tbody", &[], |m| {
-                        for n in 0..results.scenes.len() {
-                            let view = context.scene(n);
-                            m.tag("tr", &[], |m| {
-                                m.tag("th", &[("scope", &"row")], |m| {
-                                    m.leaf("a", &[("href", &format!("#{}", view.id))], &view.scene.label);
-                                });
-                                for e in &results.estimators {
-                                    let cell = results.cell(&view.scene.key, &e.key);
-                                    let value = cell.and_then(|c| c.metric(&metric.key));
-                                    let text = value.map_or_else(|| "–".into(), |v| estimate(&v));
-                                    m.leaf("td", &[("class", &"number")], text);
-                                }
-                            });
-                        }
+        m.region(&[("class", &"scroll")], &"overview", |m| {
+            m.tag("table", &[], |m| {
+                m.tag("thead", &[], |m| {
+                    m.tag("tr", &[], |m| {
+                        m.leaf("th", &[("scope", &"col")], "scene");
+                        results.estimators.iter().for_each(|e| m.leaf("th", &[("scope", &"col")], &e.label));
                     });
                 });
-            },
-        );
+                m.tag("tbody", &[], |m| {
+                    for n in 0..results.scenes.len() {
+                        let view = context.scene(n);
+                        m.tag("tr", &[], |m| {
+                            m.tag("th", &[("scope", &"row")], |m| {
+                                m.leaf("a", &[("href", &format!("#{}", view.id))], &view.scene.label);
+                            });
+                            for e in &results.estimators {
+                                let cell = results.cell(&view.scene.key, &e.key);
+                                let value = cell.and_then(|c| c.metric(&metric.key));
+                                let text = value.map_or_else(|| "–".into(), |v| estimate(&v));
+                                m.leaf("td", &[("class", &"number")], text);
+                            }
+                        });
+                    }
+                });
+            });
+        });
     });
 }
 

@@ -60,15 +60,11 @@ pub(super) fn pyramid(
         let label = format!("pyramid of {}", entry.info.label);
         let widest = rows.iter().map(|r| r.cells.len()).max().unwrap_or(1);
         let style = format!("--columns:{widest}");
-        m.tag(
-            "div",
-            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
-            |m| {
-                m.tag("div", &[("class", &"levels"), ("style", &style)], |m| {
-                    rows.iter().for_each(|r| level(m, view, entry, r));
-                });
-            },
-        );
+        m.region(&[("class", &"scroll")], &label, |m| {
+            m.tag("div", &[("class", &"levels"), ("style", &style)], |m| {
+                rows.iter().for_each(|r| level(m, view, entry, r));
+            });
+        });
     });
     let figure = figure(view, entry, &rows);
     let slug = context.estimator_slug(entry.index);

@@ -217,16 +217,12 @@ pub(super) fn dropped(run: &Run) -> String {
 }
 
 fn table(m: &mut Markup, label: &str, headings: &[&str], rows: impl FnOnce(&mut Markup)) {
-    m.tag(
-        "div",
-        &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
-        |m| {
-            m.tag("table", &[("class", &"plain")], |m| {
-                m.tag("thead", &[], |m| {
-                    m.tag("tr", &[], |m| headings.iter().for_each(|h| m.leaf("th", &[("scope", &"col")], h)));
-                });
-                m.tag("tbody", &[], rows);
+    m.region(&[("class", &"scroll")], &label, |m| {
+        m.tag("table", &[("class", &"plain")], |m| {
+            m.tag("thead", &[], |m| {
+                m.tag("tr", &[], |m| headings.iter().for_each(|h| m.leaf("th", &[("scope", &"col")], h)));
             });
-        },
-    );
+            m.tag("tbody", &[], rows);
+        });
+    });
 }

@@ -24,11 +24,7 @@ pub(super) fn section(context: &Context, view: &SceneView, m: &mut Markup) {
         m.leaf("h3", &[], "Metrics");
         let columns = columns(context, view);
         let label = format!("metrics of {}", view.scene.label);
-        m.tag(
-            "div",
-            &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
-            |m| m.tag("table", &[], |m| table(m, view, &columns)),
-        );
+        m.region(&[("class", &"scroll")], &label, |m| m.tag("table", &[], |m| table(m, view, &columns)));
         m.leaf("p", &[("class", &"note")], note(view));
     });
 }

@@ -202,27 +202,17 @@ pub(super) fn images_row(
             m.text(format!(" – {explanation}"));
         });
         let label = format!("{title}: a technique an image");
-        m.tag(
-            "div",
-            &[
-                ("class", &"row"),
-                ("style", &style),
-                ("tabindex", &0),
-                ("role", &"region"),
-                ("aria-label", &label),
-            ],
-            |m| {
-                for row in rows {
-                    let picture = &row.pictures[place(kind)];
-                    m.tag("figure", &[("data-technique", &row.key)], |m| {
-                        let layer = name(&Group::Family(row.key.clone()), kind);
-                        let alt = format!("{} of {}, {title}", row.label(), entry.info.label);
-                        shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
-                        m.tag("figcaption", &[], |m| caption(m, row, kind));
-                    });
-                }
-            },
-        );
+        m.region(&[("class", &"row"), ("style", &style)], &label, |m| {
+            for row in rows {
+                let picture = &row.pictures[place(kind)];
+                m.tag("figure", &[("data-technique", &row.key)], |m| {
+                    let layer = name(&Group::Family(row.key.clone()), kind);
+                    let alt = format!("{} of {}, {title}", row.label(), entry.info.label);
+                    shown(m, picture.as_ref(), &alt, &entry.cell.files.mean_exr, &layer, view);
+                    m.tag("figcaption", &[], |m| caption(m, row, kind));
+                });
+            }
+        });
     });
 }
 

@@ -36,10 +36,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
                  its noise is against that of the others), and how much shorter an iteration is without it.";
             m.leaf("p", &[("class", &"note")], text);
             let label = format!("techniques of {}", view.scene.label);
-            m.tag(
-                "div",
-                &[("class", &"scroll"), ("tabindex", &0), ("role", &"region"), ("aria-label", &label)],
-                |m| m.tag("table", &[], |m| table(m, &told)),
+            m.region(&[("class", &"scroll")], &label, |m| m.tag("table", &[], |m| table(m, &told)),
             );
         }
         spread(m, view, &maps);
@@ -188,27 +185,17 @@ type Column = (String, String, Option<Picture>, String, String);
 
 fn row(m: &mut Markup, view: &SceneView, title: &str, columns: Vec<Column>) {
     let style = format!("--columns:{}", columns.len().max(3));
-    m.tag(
-        "div",
-        &[
-            ("class", &"row"),
-            ("style", &style),
-            ("tabindex", &0),
-            ("role", &"region"),
-            ("aria-label", &title),
-        ],
-        |m| {
-            for (label, fact, picture, exr, layer) in &columns {
-                m.tag("figure", &[], |m| {
-                    shown(m, picture.as_ref(), &format!("{title}: {label}"), exr, layer, view);
-                    m.tag("figcaption", &[], |m| {
-                        m.leaf("b", &[], label);
-                        m.leaf("span", &[("class", &"fact")], fact);
-                    });
+    m.region(&[("class", &"row"), ("style", &style)], &title, |m| {
+        for (label, fact, picture, exr, layer) in &columns {
+            m.tag("figure", &[], |m| {
+                shown(m, picture.as_ref(), &format!("{title}: {label}"), exr, layer, view);
+                m.tag("figcaption", &[], |m| {
+                    m.leaf("b", &[], label);
+                    m.leaf("span", &[("class", &"fact")], fact);
                 });
-            }
-        },
-    );
+            });
+        }
+    });
 }
 
 #[cfg(test)]
