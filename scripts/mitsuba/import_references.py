@@ -2,9 +2,9 @@
 """What Mitsuba 3 makes of the scenes in tests/import/scenes: the means of tiles of 8x8 pixels with their standard errors,
 into NAME.json beside each NAME.xml. The tests compare with these.
 
-    python scripts/mitsuba/import_references.py [--spp 8192] [--batches 16] [--pictures] [NAME …]
+    python scripts/mitsuba/import_references.py [--spp 8192] [--batches 16] [--pictures] [--grids] [NAME …]
 
-`--pictures` makes the picture and the sky that the scenes refer to again.
+`--pictures` makes the picture and the sky that the scenes refer to again, `--grids` the grids.
 """
 
 import argparse
@@ -55,15 +55,36 @@ def pictures():
         os.path.join(FOLDER, "sky.exr"))
 
 
+def grids():
+    """Small grids of noise: a density with holes between -1 and 1, extinction and albedo in colours, and a share."""
+    random = np.random.default_rng(7)
+
+    def write(name, values, corners):
+        z, y, x, channels = values.shape
+        header = b"VOL\x03" + np.array([1, x, y, z, channels], "<i4").tobytes() + np.array(corners, "<f4").tobytes()
+        with open(os.path.join(FOLDER, name), "wb") as file:
+            file.write(header + values.astype("<f4").tobytes())
+
+    unit = [0, 0, 0, 1, 1, 1]
+    density = random.random((4, 5, 6, 1))
+    write("density.vol", np.where(density < 0.3, 0, density * density), [-1, -1, -1, 1, 1, 1])
+    write("extinction.vol", random.random((4, 3, 5, 3)) ** 2 * [0.5, 1.0, 1.5], unit)
+    write("albedo.vol", 0.3 + 0.7 * random.random((3, 4, 2, 3)), unit)
+    write("share.vol", random.random((2, 3, 3, 1)), unit)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("names", nargs="*")
     parser.add_argument("--spp", type=int, default=8192)
     parser.add_argument("--batches", type=int, default=16)
     parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--grids", action="store_true")
     args = parser.parse_args()
     if args.pictures:
         pictures()
+    if args.grids:
+        grids()
     names = args.names or sorted(f[:-4] for f in os.listdir(FOLDER) if f.endswith(".xml"))
     for name in names:
         result = reference(os.path.join(FOLDER, name + ".xml"), args.spp, args.batches)

@@ -28,7 +28,7 @@ fn assert_same_bits(path: &Path, presets: &[&str]) {
 
 #[test]
 fn mitsuba_scenes_keep_their_bits() {
-    for name in ["surfaces.xml", "media.xml", "lights.xml", "sky.xml"] {
+    for name in ["surfaces.xml", "media.xml", "grids.xml", "lights.xml", "sky.xml"] {
         assert_same_bits(&scene_path(name), &["pt", "bpt"]);
     }
 }

@@ -2,6 +2,7 @@
 //! and nothing in them makes a reader panic.
 
 mod bits;
+mod grids;
 mod mutilated;
 mod npz;
 mod references;

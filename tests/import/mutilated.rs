@@ -120,6 +120,14 @@ fn mutilated_mitsuba_never_panics() {
 }
 
 #[test]
+fn mutilated_grids_of_mitsuba_never_panic() {
+    let files = ["grids.xml", "density.vol", "extinction.vol", "albedo.vol", "share.vol"];
+    for name in ["grids.xml", "density.vol", "albedo.vol", "share.vol"] {
+        fuzz(&files, "grids.xml", name, 400);
+    }
+}
+
+#[test]
 fn mutilated_smallupbp_never_panics() {
     let files = ["goblet.obj", "goblet.mtl", "goblet.obj.aux", "sky.exr"];
     fuzz(&files, "goblet.obj", "goblet.obj", 300);

@@ -151,6 +151,11 @@ fn media_are_as_in_mitsuba() {
 }
 
 #[test]
+fn grids_are_as_in_mitsuba() {
+    assert_twin("grids", &[("pt", 64), ("bpt", 32)]);
+}
+
+#[test]
 fn lights_are_as_in_mitsuba() {
     assert_twin("lights", &[("pt", 64), ("bpt", 32)]);
 }

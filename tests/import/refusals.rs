@@ -26,7 +26,7 @@ fn refused(files: &[(&str, &str)]) -> String {
     message(&path).replace(&format!("{}/", folder.path().display()), "")
 }
 
-const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
+pub const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
 <transform name="to_world"><lookat origin="0,0,4" target="0,0,0" up="0,1,0"/></transform>
 <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/><rfilter type="box"/></film></sensor>
 <emitter type="constant"/>

@@ -36,6 +36,22 @@ pub const ENDINGS: [&str; 3] = [".grid", ".vol", ".vdb"];
 /// # Errors
 /// A file that is not there, of another kind, damaged or cut short, with what is wrong in it.
 pub fn read(path: &Path, name: Option<&str>) -> Result<Volume> {
+    decode(path, name, || std::fs::read(path).map_err(|e| Error::io(path, "read the grid", &e)))
+}
+
+/// The same of what is not on disk: the bytes of a file that would have this path.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(path: &Path, name: Option<&str>, bytes: &[u8]) -> Result<Volume> {
+    decode(path, name, || Ok(bytes))
+}
+
+fn decode<B: AsRef<[u8]>>(
+    path: &Path,
+    name: Option<&str>,
+    bytes: impl FnOnce() -> Result<B>,
+) -> Result<Volume> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let parse: fn(&[u8], Option<&str>) -> Result<Volume, String> = match ending.as_str() {
         "grid" => own::parse,
@@ -45,8 +61,7 @@ pub fn read(path: &Path, name: Option<&str>) -> Result<Volume> {
             return Err(Error::file(path, "not a kind of grid that can be read; use .grid, .vol or .vdb"));
         }
     };
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the grid", &e))?;
-    let volume = parse(&bytes, name).map_err(|message| Error::file(path, message))?;
+    let volume = parse(bytes()?.as_ref(), name).map_err(|message| Error::file(path, message))?;
     volume.check().map_err(|message| Error::file(path, message))?;
     Ok(volume)
 }

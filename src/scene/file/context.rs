@@ -4,6 +4,7 @@ use super::assets::{Asset, Assets};
 use super::source::{Source, Span, allowed};
 use crate::error::{Error, Result};
 use crate::geometry::TriangleMesh;
+use crate::medium::volume::{self, Volume};
 use crate::texture::load::{self, Encoding, Raster};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -66,6 +67,15 @@ impl<'a> Context<'a> {
             _ => load::read(&self.find_file(file, "image", &IMAGES)?, encoding),
         };
         raster.map_err(|e| self.used_at(file.span(), e))
+    }
+
+    /// Reads a grid that the scene refers to; `name`: which one of a file with more than one.
+    pub fn volume(&mut self, file: &Spanned<String>, name: Option<&str>) -> Result<Volume> {
+        let assets = self.assets;
+        match assets.get(file.get_ref()) {
+            Some(Asset::Bytes(bytes)) => volume::read_bytes(Path::new(file.get_ref()), name, bytes),
+            _ => volume::read(&self.find_file(file, "grid", &volume::ENDINGS)?, name),
+        }
     }
 
     /// Reads a mesh that the scene refers to.

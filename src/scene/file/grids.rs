@@ -214,8 +214,7 @@ fn load(context: &mut Context, def: &Spanned<GridDef>) -> Result<Volume> {
 }
 
 fn load_at(context: &mut Context, span: Span, def: &GridDef) -> Result<Volume> {
-    let path = context.find_file(&def.file, "grid", &volume::ENDINGS)?;
-    volume::read(&path, def.name.as_deref()).map_err(|e| context.used_at(span, e))
+    context.volume(&def.file, def.name.as_deref()).map_err(|e| context.used_at(span, e))
 }
 
 fn place<T: Texel>(

@@ -139,7 +139,16 @@ impl Document {
         self.asset(&stem, &ending, Asset::File(path.to_owned()))
     }
 
-    /// Takes the bytes of a file; the name under which the scene file has it.
+    /// Takes the bytes of a file, once; the name under which the scene file has it.
+    pub fn bytes(&mut self, wish: &str, ending: &str, bytes: Vec<u8>) -> String {
+        let same = |asset: &Asset| matches!(asset, Asset::Bytes(known) if *known == bytes);
+        if let Some((name, _)) = self.assets.iter().find(|(_, asset)| same(asset)) {
+            return name.clone();
+        }
+        self.asset(wish, ending, Asset::Bytes(bytes))
+    }
+
+    /// Takes an asset; the name under which the scene file has it.
     pub fn asset(&mut self, wish: &str, ending: &str, asset: Asset) -> String {
         let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' };
         let wish: String = wish.chars().map(plain).take(80).collect();

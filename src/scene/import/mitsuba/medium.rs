@@ -1,9 +1,12 @@
 //! Media and phase functions.
 
+use super::super::Place;
 use super::super::numbers::{color, number, quoted};
 use super::Translator;
 use super::tree::Element;
+use super::volume::{self, Field};
 use crate::error::Result;
+use glam::DVec3;
 use std::rc::Rc;
 
 const MEDIUM: [&str; 7] = [
@@ -16,6 +19,9 @@ const MEDIUM: [&str; 7] = [
     "majorant_resolution_factor",
 ];
 
+/// Lines of a medium, with where they come from.
+type Lines = Vec<(Place, String)>;
+
 impl Translator<'_> {
     /// The name of a medium.
     pub(super) fn medium(&mut self, medium: &Rc<Element>) -> Result<String> {
@@ -23,25 +29,23 @@ impl Translator<'_> {
             return Ok(name.clone());
         }
         medium.only(&MEDIUM)?;
-        if !matches!(medium.kind()?, "homogeneous" | "heterogeneous") {
-            return Err(medium.unsupported("only homogeneous and heterogeneous media are supported"));
-        }
-        if medium.kind()? == "heterogeneous"
-            && let Some(volume) = self.property(medium, "sigma_t")?
-            && volume.attribute("type") == Some("constvolume")
-        {
-            return Err(volume.unsupported("a constvolume in a heterogeneous medium fills a unit cube alone: make the medium homogeneous"));
-        }
-        let sigma_t = self.constant(medium, "sigma_t", 1.0)?;
-        let albedo = self.constant(medium, "albedo", 0.75)?;
+        let (lines, corners) = match medium.kind()? {
+            "homogeneous" => (self.homogeneous(medium)?, None),
+            "heterogeneous" => self.heterogeneous(medium).map(|(lines, corners)| (lines, Some(corners)))?,
+            _ => return Err(medium.unsupported("only homogeneous and heterogeneous media are supported")),
+        };
         let scale = medium.number_or("scale", 1.0)?;
         let phase = match self.below(medium, "phase")?.first() {
-            Some(phase) => self.phase(phase)?,
+            Some(phase) => self.phase(phase, corners.as_ref())?,
             None => quoted("isotropic"),
         };
         let name = self.document.name("medium", medium.attribute("id").unwrap_or("medium"));
         self.document.table(&medium.place, format!("[medium.{}]", quoted(&name)));
-        self.document.line(format!("sigma_t = {}\nalbedo = {}", color(sigma_t), color(albedo)));
+        for (place, line) in lines {
+            self.document.at(&place);
+            self.document.line(line);
+        }
+        self.document.at(&medium.place);
         if scale != 1.0 {
             self.document.line(format!("scale = {}", number(scale)));
         }
@@ -50,24 +54,61 @@ impl Translator<'_> {
         Ok(name)
     }
 
+    /// The coefficients of a medium that is the same everywhere.
+    fn homogeneous(&self, medium: &Element) -> Result<Lines> {
+        let sigma_t = self.constant(medium, "sigma_t", 1.0)?;
+        let albedo = self.constant(medium, "albedo", 0.75)?;
+        let coefficients = format!("sigma_t = {}\nalbedo = {}", color(sigma_t), color(albedo));
+        Ok(vec![(medium.place.clone(), coefficients)])
+    }
+
+    /// The coefficients of a medium that varies, and the corners of where it is. Extinction that is the same everywhere is
+    /// so in its volume's box: the unit cube, where nothing places it.
+    fn heterogeneous(&mut self, medium: &Rc<Element>) -> Result<(Lines, [DVec3; 8])> {
+        let own = medium.place.clone();
+        let extinction = Field::of(self, medium, "sigma_t", 1.0)?;
+        let corners = extinction.corners();
+        let mut lines = match extinction {
+            Field::Constant(sigma_t, bounds) => {
+                let grid = self.solid_box(&bounds);
+                vec![(own, format!("sigma_t = {}\ndensity = {{ grid = {grid} }}", color(sigma_t)))]
+            }
+            Field::Grid(grid) => {
+                self.refuse_spill(medium, &grid)?;
+                match grid.channels {
+                    1 => vec![
+                        (own, "sigma_t = 1".into()),
+                        (grid.place, format!("density = {{ grid = {} }}", grid.entry)),
+                    ],
+                    _ => vec![(grid.place, format!("sigma_t_grid = {}", grid.entry))],
+                }
+            }
+        };
+        lines.push(match Field::of(self, medium, "albedo", 0.75)? {
+            Field::Constant(albedo, _) => (medium.place.clone(), format!("albedo = {}", color(albedo))),
+            Field::Grid(grid) => {
+                let entry = format!("albedo_grid = {}", grid.covering(&corners)?);
+                (grid.place, entry)
+            }
+        });
+        Ok((lines, corners))
+    }
+
     /// A coefficient that is the same everywhere: a colour, or a volume of one.
     fn constant(&self, medium: &Element, name: &str, default: f64) -> Result<[f64; 3]> {
         let Some(value) = self.property(medium, name)? else { return Ok([default; 3]) };
-        if value.tag != "volume" {
-            return value.color();
-        }
-        match value.kind()? {
-            "constvolume" => match value.property("value") {
-                Some(inner) => inner.color(),
-                None => Err(value.error("a constvolume without a `value`")),
-            },
-            "gridvolume" => Err(value.unsupported("grids are not read from scenes of Mitsuba yet")),
-            _ => Err(value.unsupported("only constvolume is supported")),
+        match (value.tag.as_str(), value.attribute("type")) {
+            ("volume", Some("constvolume")) => volume::constant(&value),
+            ("volume", Some("gridvolume")) => {
+                Err(value.unsupported("a grid in a homogeneous medium: make the medium heterogeneous"))
+            }
+            ("volume", _) => Err(value.unsupported("only constvolume is supported")),
+            _ => value.color(),
         }
     }
 
-    /// A phase function, as an entry of a medium.
-    fn phase(&self, phase: &Element) -> Result<String> {
+    /// A phase function, as an entry of a medium; `corners`: of where a medium is that varies.
+    fn phase(&mut self, phase: &Element, corners: Option<&[DVec3; 8]>) -> Result<String> {
         match phase.kind()? {
             "isotropic" => Ok(quoted("isotropic")),
             "rayleigh" => Ok(quoted("rayleigh")),
@@ -78,33 +119,44 @@ impl Translator<'_> {
                     g => Ok(format!("{{ hg = {} }}", number(g))),
                 }
             }
-            "blendphase" => {
-                let weight = self.property(phase, "weight")?;
-                let weight = weight.ok_or_else(|| phase.error("a blendphase without a `weight`"))?;
-                let share =
-                    weight.number().map_err(|_| weight.unsupported("only a constant weight is supported"))?;
-                if !(0.0..=1.0).contains(&share) {
-                    return Err(weight.error(format!("the weight {share} is not from 0 to 1")));
-                }
-                let parts = self.below(phase, "phase")?;
-                let [first, second] = &parts[..] else {
-                    return Err(
-                        phase.error(format!("a blendphase of {} phase functions: it takes two", parts.len()))
-                    );
-                };
-                let part =
-                    |share: f64, text: String| format!("{{ weight = {}, phase = {text} }}", number(share));
-                match (self.phase(first)?, self.phase(second)?) {
-                    (first, _) if share == 0.0 => Ok(first),
-                    (_, second) if share == 1.0 => Ok(second),
-                    (first, second) => {
-                        let (first, second) = (part(1.0 - share, first), part(share, second));
-                        Ok(format!("{{ mixture = [{first}, {second}] }}"))
-                    }
-                }
-            }
+            "blendphase" => self.blend(phase, corners),
             _ => Err(phase.unsupported("only isotropic, hg, rayleigh and blendphase are supported")),
         }
+    }
+
+    fn blend(&mut self, phase: &Element, corners: Option<&[DVec3; 8]>) -> Result<String> {
+        let weight = self.property(phase, "weight")?;
+        let weight = weight.ok_or_else(|| phase.error("a blendphase without a `weight`"))?;
+        let parts = self.below(phase, "phase")?;
+        let [first, second] = &parts[..] else {
+            return Err(phase.error(format!("a blendphase of {} phase functions: it takes two", parts.len())));
+        };
+        let (first, second) = (self.phase(first, corners)?, self.phase(second, corners)?);
+        let share = match Field::of(self, phase, "weight", 0.0)? {
+            Field::Constant([share, green, blue], _) if share == green && share == blue => share,
+            Field::Constant(..) => return Err(weight.unsupported("a weight of colours is not supported")),
+            Field::Grid(grid) => {
+                let Some(corners) = corners else {
+                    return Err(weight.unsupported("a grid needs a heterogeneous medium"));
+                };
+                if grid.channels != 1 {
+                    return Err(weight.unsupported("a weight of colours is not supported"));
+                }
+                let grid = grid.covering(corners)?;
+                return Ok(format!(
+                    "{{ by_place = {{ first = {first}, second = {second}, share = {grid} }} }}"
+                ));
+            }
+        };
+        if !(0.0..=1.0).contains(&share) {
+            return Err(weight.error(format!("the weight {share} is not from 0 to 1")));
+        }
+        let part = |share: f64, text: &str| format!("{{ weight = {}, phase = {text} }}", number(share));
+        Ok(match share {
+            0.0 => first,
+            1.0 => second,
+            _ => format!("{{ mixture = [{}, {}] }}", part(1.0 - share, &first), part(share, &second)),
+        })
     }
 
     /// The medium on a side of a shape: `interior` or `exterior`.

@@ -16,6 +16,7 @@ mod tests;
 mod texture;
 mod tree;
 mod values;
+mod volume;
 
 use super::numbers::array;
 use super::{Document, Imported};
