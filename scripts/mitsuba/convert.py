@@ -64,7 +64,7 @@ class Converter:
         self.max_length = max_length or own_length
         if self.max_length is None:
             raise Refused("a scene without `max_length`: give --max-length")
-        self.materials, self.media = materials, Media(media, world)
+        self.materials, self.media = materials, Media(media, world, self.dir)
         bodies = [self.body(table) for table in shapes]
         scene = {
             "type": "scene", **self.media.all(),

@@ -4,11 +4,13 @@ Our solids nest by priority and size, and a shape need not say what is about it;
 every shape. So every shape has to lie wholly inside or outside of every solid: what cannot be told is refused.
 """
 
+import os
+
 import mitsuba as mi
 import numpy as np
 
-from shapes import compose, uniform_scale
-from tables import Refused, color, rgb, take
+from shapes import affine, compose, transform, uniform_scale
+from tables import Refused, color, one_of, rgb, take
 
 # Shapes that touch do not overlap.
 TOUCHING = 1e-5
@@ -44,6 +46,63 @@ def homogeneous(table):
     largest = sigma_t.max() or 1.0
     return {"type": "homogeneous", "sigma_t": rgb(list(sigma_t / largest)), "albedo": rgb(albedo),
             "scale": float(largest), "phase": phase(scattering)}
+
+
+VARYING = ["density", "sigma_t_grid", "albedo_grid"]
+
+
+def heterogeneous(table, folder):
+    """A medium with grids from `.vol` files: a density, or extinction in colours; the albedo constant or a grid."""
+    sigma_t, albedo, scale, scattering, density, extinction, albedo_grid = take(
+        table, "[medium] with grids", sigma_t=None, albedo=None, scale=1, phase="isotropic", density=None,
+        sigma_t_grid=None, albedo_grid=None)
+    if density is not None:
+        sigma_t = color_of(sigma_t)
+        if len(set(sigma_t)) > 1:
+            raise Refused("a density times an extinction in colours: Mitsuba wants a grid of colours")
+        scale *= sigma_t[0]
+        _, extinction = one_of(density, "a density", ["grid"])
+    volume, box, more = grid(extinction, folder)
+    scale *= more
+    if not axis_aligned(box):
+        raise Refused("a grid of extinction that is turned against the axes: Mitsuba fills the box about it")
+    if albedo_grid is None:
+        albedo = rgb(color_of(albedo))
+    else:
+        albedo, albedo_box, more = grid(albedo_grid, folder)
+        if more != 1:
+            raise Refused("a `scale` of an `albedo_grid`")
+        corners = np.linalg.inv(albedo_box) @ box @ UNIT
+        if np.any(corners < -TOUCHING) or np.any(corners > 1 + TOUCHING):
+            raise Refused("a grid of albedo that does not cover that of extinction: Mitsuba goes on with its rim")
+    return {"type": "heterogeneous", "sigma_t": volume, "albedo": albedo, "scale": float(scale),
+            "phase": phase(scattering)}
+
+
+# The corners of the unit cube.
+UNIT = np.array([[i & 1, i >> 1 & 1, i >> 2, 1] for i in range(8)], float).T
+
+
+def axis_aligned(m):
+    """Whether every axis of the unit cube stays along an axis."""
+    return np.all((np.abs(m[:3, :3]) > TOUCHING * np.abs(m[:3, :3]).max()).sum(axis=0) == 1)
+
+
+def grid(table, folder):
+    """A grid as a volume, from its box as the unit cube to the world, and what its values are multiplied by."""
+    file, interpolation, scale, low, high, steps = take(
+        table, "a grid", file=None, interpolation="trilinear", scale=1, min=None, max=None, transform=[])
+    if not file.endswith(".vol"):
+        raise Refused(f"the grid `{file}`: Mitsuba reads .vol alone")
+    path = os.path.join(folder, file)
+    if low is None:
+        low, high = np.fromfile(path, "<f4", count=6, offset=24).reshape(2, 3)
+        if not np.all(low < high):
+            low, high = np.zeros(3), np.ones(3)
+    m = compose(steps) @ affine(np.diag(np.subtract(high, low)), low)
+    volume = {"type": "gridvolume", "filename": path, "to_world": transform(m),
+              "filter_type": {"trilinear": "trilinear", "constant": "nearest"}[interpolation]}
+    return volume, m, scale
 
 
 def color_of(value):
@@ -92,8 +151,8 @@ class Body:
 class Media:
     """The media of a scene, and the solids that hold them."""
 
-    def __init__(self, definitions, world):
-        self.definitions = definitions
+    def __init__(self, definitions, world, folder):
+        self.definitions, self.folder = definitions, folder
         self.world, = take(world, "[world]", medium=None)
         self.bodies = []
 
@@ -102,7 +161,12 @@ class Media:
 
     def all(self):
         """For the scene's dictionary, before all that refers to them."""
-        return {self.name(name): homogeneous(table) for name, table in self.definitions.items()}
+        return {self.name(name): self.medium(table) for name, table in self.definitions.items()}
+
+    def medium(self, table):
+        if any(key in table for key in VARYING):
+            return heterogeneous(table, self.folder)
+        return homogeneous(table)
 
     @staticmethod
     def name(medium):
