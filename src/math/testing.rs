@@ -9,7 +9,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
 /// Upper bound of the number of statistical comparisons in `light`, `camera` and `medium`.
-const COMPARISONS: f64 = 300.0;
+const COMPARISONS: f64 = 350.0;
 
 /// Significance of one comparison.
 pub fn significance() -> f64 {

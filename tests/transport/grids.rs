@@ -124,8 +124,18 @@ fn a_constant_grid_is_a_homogeneous_medium() {
     }
 }
 
-/// A grid of noise with holes, many times as dense in some places as in others, turned against the axes.
+/// A medium on such a grid that does not shine.
 fn wild(density: f32, albedo: f32, phase: Phase, coloured: bool) -> Medium {
+    scattering(noise(density, coloured), albedo, Emission::None, phase)
+}
+
+fn scattering(extinction: Extinction, albedo: f32, emission: Emission, phase: Phase) -> Medium {
+    let scattering = Scattering::Albedo(Rgb::splat(albedo));
+    Medium::Varying(Box::new(Varying::new(extinction, scattering, emission, phase).expect("a medium")))
+}
+
+/// A grid of noise with holes, many times as dense in some places as in others, turned against the axes.
+fn noise(density: f32, coloured: bool) -> Extinction {
     let mut random = Stream::new(77, 0, StreamKind::Other, 0);
     let size = UVec3::new(6, 5, 7);
     let count = size.element_product() as usize;
@@ -136,7 +146,7 @@ fn wild(density: f32, albedo: f32, phase: Phase, coloured: bool) -> Medium {
     let place = Affine3A::from_axis_angle(glam::Vec3::new(1.0, 2.0, 0.5).normalize(), 0.7)
         * volume::cube(Vec3A::splat(-2.2), Vec3A::splat(2.2));
     let interpolation = if coloured { Interpolation::Constant } else { Interpolation::Trilinear };
-    let extinction = if coloured {
+    if coloured {
         // Dense media without absorption must have channels that are alike.
         let mut numbers = Vec::new();
         for i in 0..count {
@@ -150,9 +160,7 @@ fn wild(density: f32, albedo: f32, phase: Phase, coloured: bool) -> Medium {
         let lattice = Lattice::new(size, &numbers, interpolation).expect("a grid");
         let grid = Placed::new(lattice, place).expect("a place");
         Extinction::Scaled(Density::Grid(Box::new(grid)), Rgb::new(0.9, 1.0, 1.1) * density)
-    };
-    let scattering = Scattering::Albedo(Rgb::splat(albedo));
-    Medium::Varying(Box::new(Varying::new(extinction, scattering, Emission::None, phase).expect("a medium")))
+    }
 }
 
 fn lobe(g: f32) -> Phase {
@@ -198,6 +206,8 @@ fn the_furnace_is_one_with_any_grid_for_sets_that_merge() {
         ("bb1d", true),
         ("upbp", false),
         ("upbp,bp2d", false),
+        ("bpm", false),
+        ("vcm", false),
     ]
     .into_iter()
     .enumerate()
@@ -219,6 +229,45 @@ fn the_furnace_is_one_with_any_grid_for_sets_that_merge() {
         };
         println!("{names}: {:.4?}", crate::merging::mean_and_error(&crate::merging::image_means(&images)));
         Means::of(&images).assert_mean(&format!("{names} with a grid"), 1.0, detectable);
+    }
+}
+
+/// What absorbs the share a of its collisions and emits σ_a of the radiance 1, place by place, is in equilibrium with the furnace:
+/// emission that goes with the density, on a grid of its own, and on one of colours.
+#[test]
+fn emission_in_equilibrium_is_one_on_any_grid() {
+    let study = std::env::var_os("TYNDALL_STUDY").is_some();
+    let detectable = if study { 0.01 } else { 0.03 };
+    let albedo = 0.6;
+    for (kind, what) in ["with the density", "of a grid", "of colours"].into_iter().enumerate() {
+        let extinction = noise(1.5, kind == 2);
+        let emission = match &extinction {
+            Extinction::Scaled(Density::Grid(grid), sigma_t) => {
+                let sigma_a = *sigma_t * (1.0 - albedo);
+                if kind == 0 {
+                    Emission::WithDensity(sigma_a)
+                } else {
+                    Emission::Scaled(grid.clone(), sigma_a)
+                }
+            }
+            Extinction::Colored(grid) => Emission::Colored(grid.clone(), Rgb::splat(1.0 - albedo)),
+            Extinction::Scaled(..) => unreachable!("noise is on a grid"),
+        };
+        let medium = scattering(extinction, albedo, emission, lobe(0.5));
+        for (i, name) in ["pt", "bpt", "upbp"].into_iter().enumerate() {
+            let scene = crate::merge_furnace::furnace("sigma_s = 1", 16, true, "");
+            let scene = with_media(scene, vec![medium.clone()]);
+            let merging =
+                variant(i + kind, gathers([0.05, 0.1, 0.06, 0.06, 0.04], [2000, 1800, 1600, 1400, 1000]));
+            let settings = Settings { merging, max_length: 96, seed: 500, ..Settings::new(set(name)) };
+            let images =
+                sharp_runs(&scene, &settings, detectable * 2f64.sqrt(), if study { 4000 } else { 16 });
+            println!(
+                "{what}, {name}: {:.4?}",
+                crate::merging::mean_and_error(&crate::merging::image_means(&images))
+            );
+            Means::of(&images).assert_mean(&format!("equilibrium {what}, {name}"), 1.0, detectable);
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use glam::{Affine3A, DVec3, Mat3A, UVec3, Vec3, Vec3A};
 use proptest::prelude::*;
 
 /// A grid, and all that a slow evaluation needs of it.
+#[derive(Clone)]
 pub struct Case {
     size: UVec3,
     values: Vec<f32>,
@@ -44,6 +45,42 @@ impl Case {
         Placed::new(lattice, self.from_unit).expect("a place")
     }
 
+    /// Another grid about the same place, of another size and box.
+    pub fn beside(&self, s: &mut Stream) -> Self {
+        let other = Self::random(s, self.interpolation);
+        let shift = Affine3A::from_scale_rotation_translation(
+            Vec3::new(1.1, 0.8, 0.9),
+            glam::Quat::from_rotation_z(0.3),
+            Vec3::new(0.1, -0.1, 0.1),
+        );
+        Self { from_unit: self.from_unit * shift, ..other }
+    }
+
+    /// The same grid with other values, each less or more than it was.
+    pub fn varied(&self, s: &mut Stream) -> Self {
+        let values = self.values.iter().map(|v| v * 2.0 * s.next_1d()).collect();
+        Self { values, ..self.clone() }
+    }
+
+    /// The same grid with all values multiplied by `by`.
+    pub fn scaled(self, by: f32) -> Self {
+        let values = self.values.iter().map(|v| v * by).collect();
+        Self { values, ..self }
+    }
+
+    /// The largest value.
+    pub fn largest(&self) -> f64 {
+        self.values.iter().fold(0.0, |a, b| a.max(f64::from(*b)))
+    }
+
+    /// Three grids of the same size and place as one of three numbers a value.
+    pub fn together(cases: &[Self; 3]) -> Placed<Vec3> {
+        let numbers: Vec<f32> =
+            (0..cases[0].values.len()).flat_map(|i| [0, 1, 2].map(|c| cases[c].values[i])).collect();
+        let lattice = Lattice::new(cases[0].size, &numbers, cases[0].interpolation).expect("a grid");
+        Placed::new(lattice, cases[0].from_unit).expect("a place")
+    }
+
     fn at(&self, i: [i64; 3]) -> f64 {
         let n = self.size.as_i64vec3().to_array();
         let c: [i64; 3] = std::array::from_fn(|a| i[a].clamp(0, n[a] - 1));
@@ -59,7 +96,7 @@ impl Case {
     }
 
     /// By the definition.
-    fn value(&self, p: DVec3) -> f64 {
+    pub fn value(&self, p: DVec3) -> f64 {
         let v = self.voxels(p);
         if v.cmplt(DVec3::ZERO).any() || v.cmpgt(self.size.as_dvec3()).any() {
             return 0.0;
@@ -81,7 +118,7 @@ impl Case {
     }
 
     /// Where the planes between cells cut a ray, and its ends.
-    fn cuts(&self, ray: &Line) -> Vec<f64> {
+    pub fn cuts(&self, ray: &Line) -> Vec<f64> {
         let (o, d) = (self.voxels(ray.at(0.0)), self.voxels(ray.at(1.0)) - self.voxels(ray.at(0.0)));
         let mut cuts = vec![ray.t0, ray.t1];
         for axis in 0..3 {
@@ -98,7 +135,7 @@ impl Case {
     }
 
     /// By Simpson's rule, which is exact for cubics, between all planes.
-    fn integral(&self, ray: &Line) -> f64 {
+    pub fn integral(&self, ray: &Line) -> f64 {
         let piece = |a: f64, b: f64| {
             // Just within: at its ends the function may jump.
             let (a, b) = (a + 1e-9 * (b - a), b - 1e-9 * (b - a));
@@ -111,20 +148,20 @@ impl Case {
 
 /// A part of a ray.
 #[derive(Clone, Copy, Debug)]
-struct Line {
-    origin: Vec3A,
-    dir: Vec3A,
-    t0: f64,
-    t1: f64,
+pub struct Line {
+    pub origin: Vec3A,
+    pub dir: Vec3A,
+    pub t0: f64,
+    pub t1: f64,
 }
 
 impl Line {
-    fn at(&self, t: f64) -> DVec3 {
+    pub fn at(&self, t: f64) -> DVec3 {
         self.origin.as_dvec3() + self.dir.as_dvec3() * t
     }
 
     /// Through a point of the box, from in or out of it.
-    fn through(s: &mut Stream, case: &Case) -> Self {
+    pub fn through(s: &mut Stream, case: &Case) -> Self {
         let inside = Vec3A::new(s.next_1d(), s.next_1d(), s.next_1d());
         let point = case.from_unit.transform_point3a(inside);
         let dir = warp::uniform_sphere(s.next_2d());
@@ -133,7 +170,7 @@ impl Line {
         Self { origin: point - dir * back, dir, t0, t1 }
     }
 
-    fn ends(&self) -> (f32, f32) {
+    pub fn ends(&self) -> (f32, f32) {
         (self.t0 as f32, self.t1 as f32)
     }
 }
@@ -143,7 +180,7 @@ fn assert_near(found: f64, expected: f64, what: &str) {
     assert!((found - expected).abs() < 2e-5 * expected + 2e-4, "{what}: {found} for {expected}");
 }
 
-const KINDS: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Constant];
+pub const KINDS: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Constant];
 
 #[test]
 fn integrals_are_those_of_the_slow_function() {

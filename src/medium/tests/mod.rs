@@ -5,6 +5,8 @@ mod grid;
 mod height;
 mod homogeneous;
 mod phase;
+mod tracking;
+mod varying;
 mod volume;
 
 use super::{Homogeneous, Medium, Phase};
