@@ -8,6 +8,8 @@ pub mod info;
 pub mod merge;
 pub mod parse;
 pub mod progress;
+#[cfg(feature = "mpi")]
+pub mod ranks;
 pub mod render;
 pub mod run;
 pub mod session;

@@ -3,6 +3,8 @@
 use super::args::{ExperimentArgs, RunArgs};
 use super::progress::Progress;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
+#[cfg(not(feature = "mpi"))]
+use crate::error::Error;
 use crate::error::Result;
 use crate::experiment::overrides::Override;
 use crate::experiment::plan::{self, Plan};
@@ -17,6 +19,25 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Anything wrong with the experiment or its scenes, before anything is rendered; files that cannot be written.
 pub fn run(args: &RunArgs) -> Result<Ending> {
+    #[cfg(feature = "mpi")]
+    if super::ranks::are_launched() {
+        return super::ranks::run(args);
+    }
+    #[cfg(not(feature = "mpi"))]
+    if std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1") {
+        return Err(Error::usage(
+            "mpirun started this, but it was built without MPI: build it with --features mpi (scripts/install-mpi.sh installs what \
+             that needs)",
+        ));
+    }
+    alone(args)
+}
+
+/// Runs it in this process.
+///
+/// # Errors
+/// As [`run`].
+pub fn alone(args: &RunArgs) -> Result<Ending> {
     let (plan, out, cache) = open(&args.of)?;
     let stop = stop_on_interrupt()?;
     let part = args.shard.map_or(Part::All, |(index, of)| Part::Shard { index, of });

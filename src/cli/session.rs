@@ -23,6 +23,11 @@ pub const STOPPED: u8 = 130;
 
 /// A stop that Ctrl-C (or the system's wish to end the process) asks for. The second one ends the process at once.
 pub fn stop_on_interrupt() -> Result<Stop> {
+    stop_saying(Some("stopping after this iteration; once more to end at once"))
+}
+
+/// As [`stop_on_interrupt`], with other words or none.
+pub fn stop_saying(words: Option<&'static str>) -> Result<Stop> {
     let stop = Stop::default();
     let asked = stop.clone();
     ctrlc::set_handler(move || {
@@ -30,7 +35,9 @@ pub fn stop_on_interrupt() -> Result<Stop> {
             std::process::exit(STOPPED.into());
         }
         asked.request();
-        eprintln!("stopping after this iteration; once more to end at once");
+        if let Some(words) = words {
+            eprintln!("{words}");
+        }
     })
     .map_err(|e| Error::usage(format!("cannot watch for Ctrl-C: {e}")))?;
     Ok(stop)
@@ -38,11 +45,15 @@ pub fn stop_on_interrupt() -> Result<Stop> {
 
 /// Runs `work` in a pool of so many threads, or of one a processor.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new()
+    pool(threads)?.install(work)
+}
+
+/// So many threads, or one a processor.
+pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))
         .build()
-        .map_err(|e| Error::usage(format!("cannot start the threads: {e}")))?;
-    pool.install(work)
+        .map_err(|e| Error::usage(format!("cannot start the threads: {e}")))
 }
 
 /// Prints to the standard output. A reader that has gone away (`| head`) is no error.

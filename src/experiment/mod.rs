@@ -16,6 +16,7 @@ pub mod cell;
 pub mod costs;
 pub mod csv;
 pub mod file;
+pub mod handout;
 pub mod hash;
 pub mod machine;
 pub mod measure;

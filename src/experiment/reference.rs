@@ -84,51 +84,53 @@ impl Maker<'_> {
         match &plan.reference {
             None => Ok(None),
             Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
-            Some(ReferencePlan::Render { techniques, merging, paths, budget }) => {
-                let defaults = Lengths::from(scene.notes.defaults);
-                let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
-                settings.paths = **paths;
-                settings.seed = REFERENCE_SEED;
-                settings.merging = **merging;
-                settings.check_scene(scene)?;
-                self.render(plan, scene, settings.pinned(scene), *budget).map(Some)
+            Some(ReferencePlan::Render { .. }) => {
+                let making = self.making(plan, scene)?.expect("it is to be rendered");
+                self.render(plan, scene, &making).map(Some)
             }
         }
     }
 
-    fn render(
-        &mut self,
-        plan: &ScenePlan,
-        scene: &Scene,
-        settings: Settings,
-        budget: Budget,
-    ) -> Result<Truth> {
+    /// How the reference of a scene is made, if it is rendered.
+    ///
+    /// # Errors
+    /// Settings that make no sense, and scene files that cannot be read.
+    pub fn making(&self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Making>> {
+        let Some(ReferencePlan::Render { techniques, merging, paths, budget }) = &plan.reference else {
+            return Ok(None);
+        };
+        let defaults = Lengths::from(scene.notes.defaults);
+        let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
+        settings.paths = **paths;
+        settings.seed = REFERENCE_SEED;
+        settings.merging = **merging;
+        settings.check_scene(scene)?;
+        let settings = settings.pinned(scene);
         let resolved = Resolved::new(&plan.file, scene, &settings);
-        let dir =
-            self.cache.join(format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]));
-        prepare_folder(&dir)?;
-        let _lock = if self.frozen { None } else { self.wait_for(&dir, &plan.key)? };
+        let name = format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]);
+        Ok(Some(Making { dir: self.cache.join(name), settings, resolved, budget: *budget }))
+    }
+
+    fn render(&mut self, plan: &ScenePlan, scene: &Scene, making: &Making) -> Result<Truth> {
+        let Making { dir, settings, budget, .. } = making;
+        let budget = *budget;
+        prepare_folder(dir)?;
+        let _lock = if self.frozen { None } else { self.wait_for(dir, &plan.key)? };
         let mut sum = Sum::new(film_size(scene));
-        for path in blocks(&dir)? {
-            match read_block(&path, sum.iterations) {
-                Ok(Some(block)) => sum.add(&block),
-                Ok(None) => {}
-                Err(e) => self.observer.note(&format!("{e}: rendered again")),
-            }
-        }
+        self.add_blocks(dir, &mut sum)?;
         let there = sum.iterations;
         let needed = budget.goes_on(sum.iterations, sum.seconds) && !self.frozen;
         if needed {
             let added = if there > 0 { format!(", {there} spp are there") } else { String::new() };
             self.observer.begin(&format!("{}: reference ({}{added})", plan.key, settings.techniques), budget);
-            let extended = self.extend(&dir, &mut sum, scene, &settings, &resolved, budget);
+            let extended = self.extend(&mut sum, scene, making);
             self.observer.end();
             extended?;
         } else {
             self.observer.note(&format!("{}: reference of {there} spp found in {}", plan.key, dir.display()));
         }
         if sum.iterations == 0 && self.frozen {
-            return Err(Error::file(&dir, "there is no reference here yet: 'tyndall run' renders it"));
+            return Err(Error::file(dir, "there is no reference here yet: 'tyndall run' renders it"));
         }
         if sum.iterations == 0 {
             return Err(Error::usage("stopped before the reference had a single sample"));
@@ -145,6 +147,18 @@ impl Maker<'_> {
             seed: Some(settings.seed),
             partial: budget.goes_on(sum.iterations, sum.seconds),
         })
+    }
+
+    /// Adds the blocks on disk that come next, one after the other.
+    fn add_blocks(&mut self, dir: &Path, sum: &mut Sum) -> Result<()> {
+        for path in blocks(dir)? {
+            match read_block(&path, sum.iterations) {
+                Ok(Some(block)) => sum.add(&block),
+                Ok(None) => {}
+                Err(e) => self.observer.note(&format!("{e}: rendered again")),
+            }
+        }
+        Ok(())
     }
 
     /// The lock on a reference's folder, once no other process has it.
@@ -165,37 +179,99 @@ impl Maker<'_> {
         }
     }
 
-    fn extend(
-        &mut self,
-        dir: &Path,
-        sum: &mut Sum,
-        scene: &Scene,
-        settings: &Settings,
-        resolved: &Resolved,
-        budget: Budget,
-    ) -> Result<()> {
-        while budget.goes_on(sum.iterations, sum.seconds) && !self.stop.requested() {
-            let count = next_block(sum, budget);
-            let job = Job { scene, settings: *settings, budget: Budget::Spp(count), first: sum.iterations };
-            let mut offset =
-                Offset { inner: self.observer, iterations: sum.iterations, seconds: sum.seconds };
-            let outcome = job.run(self.stop, &mut offset, |_| Ok(()))?;
-            if outcome.film.iterations() == 0 {
-                break;
-            }
-            let dropped = outcome.film.dropped().total();
-            if dropped > 0 {
-                self.observer
-                    .note(&format!("the reference dropped {dropped} contributions that were not finite"));
-            }
-            let file = layered(scene, settings, resolved, &outcome);
-            // A block that was stopped is not kept: where blocks end must not depend on that.
-            if !outcome.partial {
-                exr::write(block_path(dir, sum.iterations, outcome.film.iterations()), &file)?;
-            }
-            sum.add(&Block::of(&file, outcome.film.iterations(), outcome.seconds));
+    fn extend(&mut self, sum: &mut Sum, scene: &Scene, making: &Making) -> Result<()> {
+        while making.budget.goes_on(sum.iterations, sum.seconds) && !self.stop.requested() {
+            let count = next_block(sum.iterations, sum.seconds, sum.mean.len(), making.budget);
+            let before = (sum.iterations, sum.seconds);
+            let Some(block) = making.block(scene, before, count, self.stop, self.observer)? else { break };
+            sum.add(&block);
+            // Blocks that were rendered ahead.
+            self.add_blocks(&making.dir, sum)?;
         }
         Ok(())
+    }
+}
+
+/// How a reference is made, and where it lies.
+#[derive(Clone, Debug)]
+pub struct Making {
+    /// The folder of its blocks.
+    dir: PathBuf,
+    /// With radii and counts as they come out in this scene.
+    settings: Settings,
+    resolved: Resolved,
+    /// At least this much.
+    budget: Budget,
+}
+
+impl Making {
+    /// The blocks that are missing, as first iterations and counts; none where the clock says where blocks end.
+    ///
+    /// # Errors
+    /// A folder that cannot be read or made.
+    pub fn missing(&self, scene: &Scene) -> Result<Option<Vec<(u64, u64)>>> {
+        let Budget::Spp(spp) = self.budget else { return Ok(None) };
+        prepare_folder(&self.dir)?;
+        let there = blocks(&self.dir)?;
+        let (width, height) = film_size(scene);
+        let (mut at, mut missing) = (0, Vec::new());
+        while at < spp {
+            let found = there.iter().filter_map(|p| block_range(p)).find(|(first, _)| *first == at);
+            let count = found.map_or_else(|| next_block(at, 0.0, width * height, self.budget), |f| f.1);
+            if found.is_none() {
+                missing.push((at, count));
+            }
+            at += count.max(1);
+        }
+        Ok(Some(missing))
+    }
+
+    /// Renders a block of `count` iterations after so many iterations and seconds, and writes it. None where it was stopped
+    /// before its first iteration.
+    ///
+    /// # Errors
+    /// Settings that make no sense; a file that cannot be written.
+    fn block(
+        &self,
+        scene: &Scene,
+        (first, seconds): (u64, f64),
+        count: u64,
+        stop: &Stop,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Block>> {
+        let job = Job { scene, settings: self.settings, budget: Budget::Spp(count), first };
+        let mut offset = Offset { inner: observer, iterations: first, seconds };
+        let outcome = job.run(stop, &mut offset, |_| Ok(()))?;
+        let iterations = outcome.film.iterations();
+        if iterations == 0 {
+            return Ok(None);
+        }
+        let dropped = outcome.film.dropped().total();
+        if dropped > 0 {
+            observer.note(&format!("the reference dropped {dropped} contributions that were not finite"));
+        }
+        let file = layered(scene, &self.settings, &self.resolved, &outcome);
+        // A block that was stopped is not kept: where blocks end must not depend on that.
+        if !outcome.partial {
+            exr::write(block_path(&self.dir, first, iterations), &file)?;
+        }
+        Ok(Some(Block::of(&file, iterations, outcome.seconds)))
+    }
+
+    /// Renders a block ahead of those before it. Needs no lock: whoever renders the same block writes the same.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn ahead(
+        &self,
+        scene: &Scene,
+        first: u64,
+        count: u64,
+        stop: &Stop,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        prepare_folder(&self.dir)?;
+        self.block(scene, (first, 0.0), count, stop, observer).map(drop)
     }
 }
 
@@ -218,9 +294,8 @@ impl Observer for Offset<'_> {
 }
 
 /// Iterations of the next block: up to the next power of two, in steps that bound what an interruption loses.
-fn next_block(sum: &Sum, budget: Budget) -> u64 {
-    let done = sum.iterations;
-    let longest = (LONGEST_BLOCK / sum.mean.len().max(1) as u64).max(16);
+fn next_block(done: u64, seconds: f64, pixels: usize, budget: Budget) -> u64 {
+    let longest = (LONGEST_BLOCK / pixels.max(1) as u64).max(16);
     let boundary = (done + 1).next_power_of_two().max(16).min((done / longest + 1) * longest);
     let count = boundary - done;
     match budget {
@@ -230,7 +305,7 @@ fn next_block(sum: &Sum, budget: Budget) -> u64 {
         // The plan lets no reference have a relMSE to be reached.
         Budget::RelMse { .. } => count,
         Budget::Seconds(limit) => {
-            let left = ((limit - sum.seconds) / (sum.seconds / done as f64)).round();
+            let left = ((limit - seconds) / (seconds / done as f64)).round();
             count.min((left as u64).max(1))
         }
     }
@@ -437,7 +512,7 @@ mod tests {
             let mut sum = Sum::new((pixels, 1));
             let mut lengths = Vec::new();
             while Budget::Spp(spp).goes_on(sum.iterations, 0.0) {
-                let count = next_block(&sum, Budget::Spp(spp));
+                let count = next_block(sum.iterations, 0.0, pixels, Budget::Spp(spp));
                 assert!(count >= 1 && (count <= 16 || count * pixels as u64 <= LONGEST_BLOCK));
                 lengths.push(count);
                 sum.iterations += count;

@@ -94,7 +94,7 @@ pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Resul
 }
 
 /// What times depend on, beside the program.
-pub(super) fn clock() -> String {
+pub fn clock() -> String {
     let machine = machine::machine();
     format!("{} {} {}", machine.cpu, machine.cores, machine.threads)
 }
@@ -298,7 +298,10 @@ fn save(results: &mut Results, out: &Path) -> Result<()> {
 }
 
 /// Loads every scene and checks all that can be checked before anything is rendered.
-pub(super) fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
+///
+/// # Errors
+/// Anything wrong with a scene, or with the experiment in it.
+pub fn load_scenes(plan: &Plan) -> Result<Vec<Scene>> {
     let mut scenes = Vec::new();
     for entry in &plan.scenes {
         let overrides = Overrides { size: entry.size.map(UVec2::from_array) };

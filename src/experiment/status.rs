@@ -4,7 +4,7 @@ use super::cell::SceneContext;
 use super::plan::Plan;
 use super::reference::Maker;
 use super::run::{clock, load_scenes};
-use super::store::{COSTS, FOLDER, SceneKey};
+use super::store::{COSTS, FOLDER, SceneKey, Unit};
 use crate::error::Result;
 use crate::render::{Budget, Silent, Stop};
 use std::collections::HashSet;
@@ -80,7 +80,8 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
                 let (unit, work) = context.unit(estimator, run)?;
                 current.insert(unit.folder().to_owned());
                 let header = unit.peek(work.budget);
-                let (iterations, seconds) = header.as_ref().map_or((0, 0.0), |h| (h.iterations, h.seconds));
+                let state = header.as_ref().map_or((0, 0.0), |h| (h.iterations, h.seconds));
+                let (iterations, seconds) = with_ahead(&unit, state);
                 row.iterations += iterations;
                 row.seconds += seconds;
                 if header.is_some_and(|h| h.is_done(work.budget)) {
@@ -101,11 +102,20 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
     Ok(Status { rows, stale: stale(out, &current) })
 }
 
+/// Iterations and seconds with those of blocks that were rendered ahead.
+fn with_ahead(unit: &Unit, (iterations, seconds): (u64, f64)) -> (u64, f64) {
+    let ahead = unit.blocks_ahead().into_iter().filter(|(first, _)| *first >= iterations);
+    let known = ahead.filter_map(|(first, end)| Some((end - first, unit.seconds_ahead(first, end)?)));
+    known.fold((iterations, seconds), |sum, block| (sum.0 + block.0, sum.1 + block.1))
+}
+
 /// Seconds that the runs which are not done will take, from what those before them took.
 fn time_left(row: &Row, left: &[(u64, f64)]) -> Option<f64> {
     let an_iteration = row.seconds / row.iterations as f64;
     let of = |(iterations, seconds): &(u64, f64)| match row.budget {
-        Budget::Spp(spp) => Some((spp - iterations) as f64 * an_iteration).filter(|v| v.is_finite()),
+        Budget::Spp(spp) => {
+            Some(spp.saturating_sub(*iterations) as f64 * an_iteration).filter(|v| v.is_finite())
+        }
         Budget::Seconds(limit) => Some((limit - seconds).max(0.0)),
         Budget::RelMse { .. } => None,
     };

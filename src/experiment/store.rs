@@ -7,6 +7,9 @@
 //! a check sum. A state is written beside and renamed, then its predecessor is deleted: a process that is killed leaves one or the other.
 //! What is damaged is rendered again.
 //!
+//! Blocks of a run may be rendered ahead of those before them, by other processes ([`super::handout`]): each is a file like a
+//! state, `ahead/0000000016-0000000032.film`, until whoever comes to its start adds it.
+//!
 //! Whoever renders a run holds the lock on the file `lock` in its folder. The system gives it up when the process ends,
 //! however it ends. Others leave that run to its holder and take another.
 
@@ -28,6 +31,8 @@ use std::path::{Path, PathBuf};
 pub const FOLDER: &str = "cells";
 /// The folder therein with what techniques cost.
 pub const COSTS: &str = "costs";
+/// The folder in a run's with blocks that were rendered ahead of those before them.
+const AHEAD: &str = "ahead";
 /// First line of a state.
 const MAGIC: &[u8] = b"tyndall film 2\n";
 /// Ends the name of a state.
@@ -179,6 +184,43 @@ impl Unit {
         found
     }
 
+    /// The blocks that were rendered ahead: first iteration and end.
+    pub fn blocks_ahead(&self) -> Vec<(u64, u64)> {
+        let Ok(files) = files(&self.folder.join(AHEAD)) else { return Vec::new() };
+        let range = |path: PathBuf| {
+            let name = path.file_name()?.to_str()?.strip_suffix(EXTENSION)?.strip_suffix('.')?;
+            let (first, end) = name.split_once('-')?;
+            Some((first.parse().ok()?, end.parse().ok()?))
+        };
+        let mut found: Vec<(u64, u64)> = files.filter_map(range).collect();
+        found.sort_unstable();
+        found
+    }
+
+    fn ahead_path(&self, first: u64, end: u64) -> PathBuf {
+        self.folder.join(AHEAD).join(format!("{first:010}-{end:010}.{EXTENSION}"))
+    }
+
+    /// A block that was rendered ahead, if it is there and whole.
+    pub fn ahead(&self, first: u64, end: u64, empty: &Film) -> Option<State> {
+        let block = read(&self.ahead_path(first, end), &self.key, empty).ok()?;
+        (block.outcome.film.iterations() == end - first).then_some(block)
+    }
+
+    /// Seconds of rendering that a block took which was rendered ahead, if it is there.
+    pub fn seconds_ahead(&self, first: u64, end: u64) -> Option<f64> {
+        Some(read_header(&self.ahead_path(first, end), &self.key).ok()?.seconds)
+    }
+
+    /// Writes a block that was rendered ahead.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn save_ahead(&self, first: u64, end: u64, block: &State) -> Result<()> {
+        prepare_folder(&self.folder.join(AHEAD))?;
+        write(&self.ahead_path(first, end), &self.key, block)
+    }
+
     /// What is known of the longest state that serves a budget, from its header alone.
     pub fn peek(&self, budget: Budget) -> Option<Header> {
         let headers = self.states().into_iter().filter_map(|(_, path)| read_header(&path, &self.key).ok());
@@ -249,6 +291,11 @@ pub struct Held<'a> {
 }
 
 impl Held<'_> {
+    /// What is held.
+    pub fn unit(&self) -> &Unit {
+        self.unit
+    }
+
     /// Writes a state, whole or not at all, and deletes those that came before it.
     ///
     /// # Errors
@@ -261,12 +308,20 @@ impl Held<'_> {
             // A state too many does no harm.
             let _ = std::fs::remove_file(earlier);
         }
+        for (first, end) in self.unit.blocks_ahead().into_iter().filter(|(_, end)| *end <= iterations) {
+            let _ = std::fs::remove_file(self.unit.ahead_path(first, end));
+        }
+        // Only where nothing is in it.
+        let _ = std::fs::remove_dir(self.unit.folder.join(AHEAD));
         Ok(())
     }
 }
 
-/// The lock on a folder. None within where the file system has no locks.
-pub(super) fn lock(folder: &Path) -> Result<Option<Option<File>>> {
+/// The lock on a folder: none where another process has it, none within where the file system has no locks.
+///
+/// # Errors
+/// A folder that cannot be written into.
+pub fn lock(folder: &Path) -> Result<Option<Option<File>>> {
     let path = folder.join("lock");
     let open = File::options().create(true).truncate(false).write(true).open(&path);
     let file = open.map_err(|e| Error::io(&path, "open it", &e))?;
@@ -284,7 +339,7 @@ pub(super) fn is_partial(path: &Path) -> bool {
     name.is_some_and(|n| n.starts_with(".tyndall-"))
 }
 
-fn files(folder: &Path) -> Result<impl Iterator<Item = PathBuf>> {
+fn files(folder: &Path) -> Result<impl Iterator<Item = PathBuf> + use<>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, "read this folder", &e))?;
     Ok(entries.flatten().map(|e| e.path()))
 }

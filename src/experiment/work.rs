@@ -74,7 +74,7 @@ pub enum Got {
     There(Box<State>),
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
     /// The state at the end of the budget, if it is on disk.
     pub fn find(&self, unit: &Unit) -> Option<State> {
         // The header tells in a moment what is not there.
@@ -92,32 +92,109 @@ impl Work<'_> {
         let empty = Film::new(&self.scene.camera, &self.settings);
         // Another process may have come to the end since.
         let found = unit.load(self.budget, &empty, &mut |line| observer.note(line));
+        let found = self.take_over(&held, found, &empty)?;
         if let Some(state) = found.as_ref().filter(|s| s.is_done(self.budget)) {
             return Ok(Got::There(Box::new(state.clone())));
         }
         let there = found.as_ref().map_or(0, |s| s.outcome.film.iterations());
         let from = if there > 0 { format!(", from {there} spp") } else { String::new() };
         observer.begin(&format!("{name}{from}"), self.budget);
-        let state = self.render(&held, found, observer);
+        let state = self.render(&held, found, &empty, observer);
         observer.end();
         Ok(Got::There(Box::new(state?)))
     }
 
-    fn render(&self, held: &Held, found: Option<State>, observer: &mut dyn Observer) -> Result<State> {
+    /// Blocks that were rendered ahead ([`Self::block`]) and come next are added to what was found; these are then in a
+    /// state on disk.
+    fn take_over(&self, held: &Held, mut found: Option<State>, empty: &Film) -> Result<Option<State>> {
+        let Budget::Spp(spp) = self.budget else { return Ok(found) };
+        let mut added = false;
+        loop {
+            let at = found.as_ref().map_or(0, |s| s.outcome.film.iterations());
+            let ahead = if at < spp { held.unit().ahead(at, self.end_of_block(at), empty) } else { None };
+            let Some(mut block) = ahead else { break };
+            let mut state = match found.map(taken_up) {
+                None => block,
+                Some(mut state) => {
+                    state.outcome.append(&mut block.outcome);
+                    state
+                }
+            };
+            let (iterations, seconds) = (state.outcome.film.iterations(), state.outcome.seconds);
+            if iterations == spp {
+                state.ended = Some(self.budget);
+            } else if iterations.is_power_of_two() {
+                let image = state.outcome.film.image();
+                state.snapshots.push(Snapshot { iterations, seconds, image });
+            }
+            (found, added) = (Some(state), true);
+        }
+        if let Some(state) = found.as_ref().filter(|_| added) {
+            held.save(state)?;
+        }
+        Ok(found)
+    }
+
+    /// The end of the block that iteration `at` lies in, or of the budget, where that comes first.
+    pub fn end_of_block(&self, at: u64) -> u64 {
+        let crop = self.scene.camera.crop();
+        let end = block_end(at, crop.width() as usize * crop.height() as usize);
+        if let Budget::Spp(spp) = self.budget { end.min(spp) } else { end }
+    }
+
+    /// What renders this run, and its settings with radii and counts as they were chosen.
+    ///
+    /// # Errors
+    /// Settings that make no sense.
+    pub fn engine(&self) -> Result<(Engine<'a>, Resolved)> {
         let start = Instant::now();
         let settings = self.settings.pinned(self.scene);
         let chosen = start.elapsed().as_secs_f64();
         let mut engine = Engine::new(self.scene, settings)?;
         engine.setup += chosen;
+        Ok((engine, Resolved::new(self.file, self.scene, &settings)))
+    }
+
+    /// Renders the block that starts with iteration `first` ahead of those before it, into a file of its own. Needs no
+    /// lock: whoever renders the same block writes the same. Nothing is written where it was stopped.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn block(&self, unit: &Unit, engine: &mut Engine, resolved: &Resolved, first: u64) -> Result<()> {
+        let mut outcome = engine.nothing_yet();
+        if first > 0 {
+            // What it took to set up is in the first block.
+            (outcome.seconds, outcome.setup) = (0.0, 0.0);
+        }
+        let mut block = State { outcome, resolved: resolved.clone(), snapshots: Vec::new(), ended: None };
+        let end = self.end_of_block(first);
+        for at in first..end {
+            if self.stop.requested() {
+                return Ok(());
+            }
+            engine.iteration(at, &mut block.outcome);
+            // Powers of two within a block are in the first one; who adds it to the others sees to its end.
+            if (at + 1).is_power_of_two() && at + 1 < end {
+                let Outcome { film, seconds, .. } = &block.outcome;
+                let snapshot = Snapshot { iterations: at + 1, seconds: *seconds, image: film.image() };
+                block.snapshots.push(snapshot);
+            }
+        }
+        unit.save_ahead(first, end, &block)
+    }
+
+    fn render(
+        &self,
+        held: &Held,
+        found: Option<State>,
+        empty: &Film,
+        observer: &mut dyn Observer,
+    ) -> Result<State> {
+        let (mut engine, resolved) = self.engine()?;
         let mut block = engine.nothing_yet();
         let mut state = match found {
             Some(state) => taken_up(state),
-            None => State {
-                outcome: block.clone(),
-                resolved: Resolved::new(self.file, self.scene, &settings),
-                snapshots: Vec::new(),
-                ended: None,
-            },
+            None => State { outcome: block.clone(), resolved, snapshots: Vec::new(), ended: None },
         };
         // What it took to set up is in the first state.
         (block.seconds, block.setup) = (0.0, 0.0);
@@ -148,6 +225,7 @@ impl Work<'_> {
             if state.ended.is_some() || done == block_end(at, pixels) {
                 state.outcome.append(&mut block);
                 held.save(&state)?;
+                state = self.take_over(held, Some(state), empty)?.expect("what was there is there");
             }
         }
         observer.last(&|| state.outcome.film.clone());
