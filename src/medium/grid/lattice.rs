@@ -23,6 +23,8 @@ pub(super) const BLOCK: f32 = 8.0;
 const BRICK: usize = 4;
 /// Grids of no more values than this are kept row by row: they are in the cache as they are.
 const SMALL: usize = 1 << 15;
+/// Nor are others in bricks that take more than this times their room: flat ones, say.
+const MOST_FILLED_UP: f64 = 1.25;
 
 /// Values on a regular grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +81,10 @@ impl<T: Texel> Lattice<T> {
 
     fn store(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Self {
         let n = size.to_array().map(|n| n as usize);
-        let brick = if n[0] * n[1] * n[2] <= SMALL { 1 } else { BRICK };
+        let whole: usize = n.iter().product();
+        let filled_up: usize = n.iter().map(|n| n.next_multiple_of(BRICK)).product();
+        let bricks_pay = whole > SMALL && filled_up as f64 <= MOST_FILLED_UP * whole as f64;
+        let brick = if bricks_pay { BRICK } else { 1 };
         let bricks = n.map(|n| n.div_ceil(brick));
         // How far on the next brick and the next value in a brick are.
         let strides = [1, bricks[0], bricks[0] * bricks[1]].map(|s| s * brick.pow(3));
