@@ -343,21 +343,12 @@ impl Varying {
             Extinction::Colored(grid) => grid.voxel(),
         };
         let n = (f64::from(length) / (CELLS * voxel)).ceil().clamp(1.0, f64::from(MOST)) as usize;
-        let at = |i: usize| length * (i as f32 / n as f32);
         match &self.extinction {
             Extinction::Scaled(Density::Grid(grid), _) => {
-                let mut sum = 0.0;
-                for i in 1..n {
-                    sum += grid.integral(origin, dir, at(i - 1), at(i));
-                    depths.push(sum as f32);
-                }
+                grid.integrals(origin, dir, length, n, |sum| depths.push(sum as f32));
             }
             Extinction::Colored(grid) => {
-                let mut sum = glam::DVec3::ZERO;
-                for i in 1..n {
-                    sum += grid.integral(origin, dir, at(i - 1), at(i));
-                    depths.extend(sum.as_vec3().to_array());
-                }
+                grid.integrals(origin, dir, length, n, |sum| depths.extend(sum.as_vec3().to_array()));
             }
             Extinction::Scaled(Density::Height(_), _) => {}
         }

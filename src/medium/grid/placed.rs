@@ -181,6 +181,34 @@ impl<T: Texel> Placed<T> {
         Ok(rounded.max(t0).min(t1.next_down()))
     }
 
+    /// Shows `mark` the integrals from 0 to `length` i/`parts` of `origin` + t·`dir`, for i from 1 to `parts` − 1.
+    pub fn integrals(
+        &self,
+        origin: Vec3A,
+        dir: Vec3A,
+        length: f32,
+        parts: usize,
+        mut mark: impl FnMut(T::Sum),
+    ) {
+        let Some(span) = self.span(origin, dir, 0.0, length) else {
+            return (1..parts).for_each(|_| mark(T::EMPTY));
+        };
+        let mut marks = Marks { length, parts, start: span.start, next: 1, at: 0.0, sum: T::EMPTY, mark };
+        marks.at = marks.place();
+        let lattice = &self.lattice;
+        match lattice.interpolation() {
+            Interpolation::Constant => span.march(lattice, |cell, a, b| {
+                let value = lattice.voxel(cell).wide();
+                marks.cross::<T>(a, b, |a, b| value * (b - a))
+            }),
+            Interpolation::Trilinear => span.march(lattice, |cell, a, b| {
+                let corners = lattice.corners(cell);
+                marks.cross::<T>(a, b, |a, b| gauss(&corners, &span, cell, a, b))
+            }),
+        }
+        (marks.next..parts).for_each(|_| (marks.mark)(marks.sum));
+    }
+
     /// Shows `visit` the parts of the stretch in single cells, by distance from `t0`: between two of them the function is a
     /// polynomial. Cells in which there is nothing may be left out.
     pub fn pieces(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32, mut visit: impl FnMut(f64, f64)) {
@@ -189,6 +217,53 @@ impl<T: Texel> Placed<T> {
             visit(span.start + f64::from(a), span.start + f64::from(b));
             ControlFlow::Continue(())
         });
+    }
+}
+
+/// An integral along a ray that is shown at places equally far apart.
+struct Marks<S, F> {
+    length: f32,
+    parts: usize,
+    /// The ray's parameter where the span begins.
+    start: f64,
+    /// The next place, and where on the span it is.
+    next: usize,
+    at: f32,
+    sum: S,
+    mark: F,
+}
+
+impl<S: Copy, F: FnMut(S)> Marks<S, F> {
+    /// Where on the span the next place is; none is behind the last one.
+    fn place(&self) -> f32 {
+        match self.next < self.parts {
+            true => {
+                let t = self.length * (self.next as f32 / self.parts as f32);
+                (f64::from(t) - self.start) as f32
+            }
+            false => f32::INFINITY,
+        }
+    }
+
+    /// The ray is in a cell from `a` to `b`. Since the last one there was nothing.
+    #[inline(always)]
+    fn cross<T: Texel<Sum = S>>(
+        &mut self,
+        mut a: f32,
+        b: f32,
+        integral: impl Fn(f32, f32) -> T::Wide,
+    ) -> ControlFlow<()> {
+        while self.at <= b {
+            if self.at > a {
+                self.sum = T::add(self.sum, integral(a, self.at));
+                a = self.at;
+            }
+            (self.mark)(self.sum);
+            self.next += 1;
+            self.at = self.place();
+        }
+        self.sum = T::add(self.sum, integral(a, b));
+        ControlFlow::Continue(())
     }
 }
 

@@ -45,6 +45,12 @@ impl Case {
         Placed::new(lattice, self.from_unit).expect("a place")
     }
 
+    /// Of noise, of this size, in the unit cube.
+    pub fn noise(s: &mut Stream, size: UVec3, interpolation: Interpolation) -> Self {
+        let values = (0..size.element_product()).map(|_| s.next_1d() * 5.0).collect();
+        Self { size, values, interpolation, from_unit: Affine3A::IDENTITY }
+    }
+
     /// Another grid about the same place, of another size and box.
     pub fn beside(&self, s: &mut Stream) -> Self {
         let other = Self::random(s, self.interpolation);
@@ -207,6 +213,35 @@ fn integrals_are_those_of_the_slow_function() {
             }
         }
         assert!(seen > 1000.0, "{seen}");
+    }
+}
+
+/// Integrals up to places along a ray, from in or out of the grid and beyond it, are those to each of them alone.
+#[test]
+fn integrals_up_to_places_are_those_to_each() {
+    for kind in KINDS {
+        let mut s = stream(903);
+        for _ in 0..100 {
+            let case = Case::random(&mut s, kind);
+            let grid = case.placed();
+            let line = Line::through(&mut s, &case);
+            let (_, length) = line.ends();
+            // Many in a cell, and many cells between two.
+            for parts in [1, 2, 7, 300] {
+                let mut found = Vec::new();
+                grid.integrals(line.origin, line.dir, length, parts, |sum: f64| found.push(sum));
+                assert_eq!(found.len(), parts - 1);
+                let mut last = 0.0;
+                for (i, found) in found.into_iter().enumerate() {
+                    let t = length * ((i + 1) as f32 / parts as f32);
+                    let expected = grid.integral(line.origin, line.dir, 0.0, t);
+                    let off = (found - expected).abs();
+                    assert!(off < 2e-6 * expected + 5e-6, "{kind:?} {i} of {parts}: {found} for {expected}");
+                    assert!(found >= last);
+                    last = found;
+                }
+            }
+        }
     }
 }
 
