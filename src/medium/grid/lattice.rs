@@ -48,6 +48,15 @@ impl<T: Texel> Lattice<T> {
     /// # Errors
     /// A size of 0 or too large, another number of numbers, or one that is negative or not finite.
     pub fn new(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Result<Self, String> {
+        Self::check(size, numbers)?;
+        Ok(Self::store(size, numbers, interpolation))
+    }
+
+    /// Whether there is such a grid.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn check(size: UVec3, numbers: &[f32]) -> Result<(), String> {
         let count = u64::from(size.x) * u64::from(size.y) * u64::from(size.z);
         let shown = format!("{} x {} x {}", size.x, size.y, size.z);
         if count == 0 {
@@ -76,7 +85,7 @@ impl<T: Texel> Lattice<T> {
                 numbers[i]
             ));
         }
-        Ok(Self::store(size, numbers, interpolation))
+        Ok(())
     }
 
     fn store(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Self {

@@ -13,6 +13,7 @@ pub mod vol;
 use super::grid::{Interpolation, Lattice, Placed, Texel};
 use crate::error::{Error, Result};
 use glam::{Affine3A, UVec3, Vec3, Vec3A};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// The numbers of a grid, and where its file says that it is.
@@ -74,8 +75,8 @@ pub fn cube(min: Vec3A, max: Vec3A) -> Affine3A {
 impl Volume {
     fn check(&self) -> Result<(), String> {
         match self.channels {
-            1 => Lattice::<f32>::new(self.size, &self.numbers, Interpolation::Constant).map(|_| ()),
-            3 => Lattice::<Vec3>::new(self.size, &self.numbers, Interpolation::Constant).map(|_| ()),
+            1 => Lattice::<f32>::check(self.size, &self.numbers),
+            3 => Lattice::<Vec3>::check(self.size, &self.numbers),
             n => Err(format!("the grid has {n} numbers a value: 1 and 3 can be read")),
         }
     }
@@ -91,7 +92,9 @@ impl Volume {
         scale: f32,
     ) -> Result<Placed<T>, String> {
         let scaled = |x: &f32| x * scale;
-        let numbers: Vec<f32> = match (self.channels, T::CHANNELS) {
+        let numbers: Cow<[f32]> = match (self.channels, T::CHANNELS) {
+            // A large grid is not to be copied for nothing.
+            (a, b) if a == b && scale == 1.0 => Cow::Borrowed(&self.numbers),
             (a, b) if a == b => self.numbers.iter().map(scaled).collect(),
             (1, n) => self.numbers.iter().flat_map(|x| std::iter::repeat_n(scaled(x), n)).collect(),
             (a, _) => return Err(format!("the grid has {a} numbers a value where one is expected")),
