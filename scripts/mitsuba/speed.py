@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Speed of a whole render, ours against Mitsuba's: `path` on a Cornell box with a glass and a rough metal ball (speed), and
-`volpath` on the same box full of fog (speed_fog) and with a glass ball of milk (speed_milk):
+`volpath` on the same box full of fog (speed_fog), with a glass ball of milk (speed_milk), and on smoke on a grid of 256³ values
+(speed_smoke; the grid, of 64 MB, is made in target/):
 
-    python scripts/mitsuba/speed.py [--scenes speed speed_fog speed_milk] [--size 256x256] [--spp 32] [--runs 5]
-        [--max-length 10]
+    python scripts/mitsuba/speed.py [--scenes speed speed_fog speed_milk speed_smoke] [--size 256x256] [--spp 32]
+        [--runs 5] [--max-length 10]
 
 Same scene, size, samples per pixel and path length, two threads each. Paths are camera paths; a CPU second is one of
 user or system time of all threads. Mitsuba is measured about `mi.render` alone, after a first render that compiles
@@ -31,7 +32,8 @@ import mitsuba as mi
 import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-SCENES = ["speed", "speed_fog", "speed_milk"]
+SCENES = ["speed", "speed_fog", "speed_milk", "speed_smoke"]
+SMOKE = os.path.join(os.path.dirname(os.path.dirname(HERE)), "target", "speed_smoke.vol")
 THREADS = 2
 
 
@@ -42,6 +44,34 @@ def path_of(scene):
 def cpu_time():
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return usage.ru_utime + usage.ru_stime
+
+
+def make_smoke(side=256):
+    """A grid between -1 and 1: a column of billows, from four octaves of smooth noise. A fifth of its values are 0, and
+    the largest is some ten times the mean."""
+    random = np.random.default_rng(11)
+    axis = (np.arange(side) + 0.5) / side
+
+    def smooth(cells):
+        values = random.random((cells + 1,) * 3)
+        place = axis * cells
+        low = np.minimum(place.astype(int), cells - 1)
+        share = place - low
+        share = share * share * (3 - 2 * share)
+        for dimension in range(3):
+            shape = [-1 if d == dimension else 1 for d in range(3)]
+            weight = share.reshape(shape)
+            values = values.take(low, dimension) * (1 - weight) + values.take(low + 1, dimension) * weight
+        return values - 0.5
+
+    noise = sum(smooth(4 * 2 ** octave) * 0.6 ** octave for octave in range(4))
+    z, y, x = np.meshgrid(*[2 * axis - 1] * 3, indexing="ij")
+    column = 1.3 - np.hypot(x, z) / (0.9 + 0.3 * y)
+    density = np.clip(column + 0.9 * noise, 0, None).astype("<f4")
+    header = b"VOL\x03" + np.array([1, side, side, side, 1], "<i4").tobytes()
+    with open(SMOKE, "wb") as file:
+        file.write(header + np.array([-1, -1, -1, 1, 1, 1], "<f4").tobytes() + density.tobytes())
+    return density
 
 
 class Mitsuba:
@@ -185,6 +215,8 @@ def main():
     settings = parser.parse_args()
     if settings.runs < 2 or settings.spp < 2:
         parser.error("at least 2 runs and 2 samples per pixel are needed")
+    if "speed_smoke" in settings.scenes and not os.path.exists(SMOKE):
+        make_smoke()
     for settings.scene in settings.scenes:
         report(measure(settings), settings)
 

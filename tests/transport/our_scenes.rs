@@ -77,7 +77,7 @@ const BUBBLE_AT_LENS: Variant = (
 
 /// In our scenes no light that is a point or a direction shines straight on glass or a mirror, so path tracing can
 /// make every path.
-const CASES: [Case; 20] = [
+const CASES: [Case; 21] = [
     Case::new("cornell", ["pt", "bpt"]),
     Case { variant: Some(LARGE_LAMP), ..Case::new("mirror-caustic", ["pt", "bpt"]) },
     Case::new("furnace", ["pt", "bpt"]),
@@ -98,6 +98,7 @@ const CASES: [Case; 20] = [
     Case::new("smoke-plume", ["pt", "bpt"]),
     Case::new("cloud", ["pt", "bpt"]),
     Case::new("layered-haze", ["pt", "bpt"]),
+    Case::new("fogbow", ["pt", "bpt"]),
 ];
 
 /// The bias of the image mean that the long study shall see.
