@@ -190,6 +190,9 @@ impl<T: Texel> Placed<T> {
         parts: usize,
         mut mark: impl FnMut(T::Sum),
     ) {
+        if parts < 2 {
+            return;
+        }
         let Some(span) = self.span(origin, dir, 0.0, length) else {
             return (1..parts).for_each(|_| mark(T::EMPTY));
         };
@@ -234,18 +237,13 @@ struct Marks<S, F> {
 }
 
 impl<S: Copy, F: FnMut(S)> Marks<S, F> {
-    /// Where on the span the next place is; none is behind the last one.
+    /// Where on the span the next place is.
     fn place(&self) -> f32 {
-        match self.next < self.parts {
-            true => {
-                let t = self.length * (self.next as f32 / self.parts as f32);
-                (f64::from(t) - self.start) as f32
-            }
-            false => f32::INFINITY,
-        }
+        let t = self.length * (self.next as f32 / self.parts as f32);
+        (f64::from(t) - self.start) as f32
     }
 
-    /// The ray is in a cell from `a` to `b`. Since the last one there was nothing.
+    /// The ray is in a cell from `a` to `b`. Since the last one there was nothing; after the last place nothing is asked for.
     #[inline(always)]
     fn cross<T: Texel<Sum = S>>(
         &mut self,
@@ -260,6 +258,9 @@ impl<S: Copy, F: FnMut(S)> Marks<S, F> {
             }
             (self.mark)(self.sum);
             self.next += 1;
+            if self.next >= self.parts {
+                return ControlFlow::Break(());
+            }
             self.at = self.place();
         }
         self.sum = T::add(self.sum, integral(a, b));
