@@ -20,6 +20,7 @@ use tyndall::transport::merge::join::{nearest, sample, scatter_in};
 use tyndall::transport::merge::{Arm, GatherNow, Gathers, Photons, Stored};
 use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
+use tyndall::transport::thinning::Thinning;
 use tyndall::transport::walk::{Place, Vertex};
 use tyndall::transport::{Settings, Technique, TechniqueSet, camera_path, light_path};
 
@@ -155,7 +156,8 @@ fn merges(c: &mut Criterion) {
         (Technique::BeamBeam, 0.002),
     ] {
         let settings = Settings { max_length: 24, ..Settings::new(TechniqueSet::of(&[technique])) };
-        let pass = Pass::new(settings, 0, Gathers { of: [GatherNow { radius, paths }; 5] }, 0, Vec::new());
+        let pass =
+            Pass::new(settings, 0, Gathers { of: [GatherNow { radius, paths }; 5] }, 0, Thinning::default());
         let (mut stored, mut chunks) = (Stored::default(), Vec::new());
         for path in 0..paths {
             light_path::trace(&scene, &pass, path, &mut stored, &mut Counter::default());
@@ -200,8 +202,13 @@ impl Sink for Keeper {
 fn weights(c: &mut Criterion) {
     let scene = scene("tests/scenes/furnace_fog.toml", 32);
     let settings = Settings { max_length: 100, ..Settings::new(TechniqueSet::all()) };
-    let pass =
-        Pass::new(settings, 0, Gathers { of: [GatherNow { radius: 0.1, paths: 1000 }; 5] }, 1024, Vec::new());
+    let pass = Pass::new(
+        settings,
+        0,
+        Gathers { of: [GatherNow { radius: 0.1, paths: 1000 }; 5] },
+        1024,
+        Thinning::default(),
+    );
     let keeper = |lengths| Keeper { lengths, arms: Default::default() };
     let (mut light, mut camera) = (keeper([2, 5, 10, 20, 40]), keeper([3, 5, 10, 20, 40]));
     for i in 0..4096 {
@@ -220,7 +227,8 @@ fn weights(c: &mut Criterion) {
                 let mut sum = 0.0;
                 for k in 0..QUERIES {
                     let arms = (&lights[k % lights.len()], &cameras[k % cameras.len()]);
-                    let scattering = scatter_in(&pass, medium, Vec3A::ZERO, &at, arms.0.back, arms.1.back);
+                    let scattering =
+                        scatter_in(&pass, (0, medium), Vec3A::ZERO, &at, arms.0.back, arms.1.back);
                     let sample = sample(&pass, Technique::BeamBeam, Label::Medium, arms, &scattering, 1.0);
                     sum += sample.map_or(0.0, |s| s.weight);
                 }

@@ -13,6 +13,7 @@ use tyndall::transport::merge::Gathers;
 use tyndall::transport::merge::store::Stored;
 use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
+use tyndall::transport::thinning::Thinning;
 use tyndall::transport::{Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};
 
 const SIZE: u32 = 64;
@@ -53,7 +54,7 @@ fn camera_paths(scene: &Scene, settings: &Settings, partners: &Partners) -> u64 
 
 /// The constants of an iteration without merges.
 fn pass(settings: &Settings) -> Pass {
-    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE), Vec::new())
+    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE), Thinning::default())
 }
 
 /// Stored light vertices, by subpath.

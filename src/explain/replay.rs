@@ -79,7 +79,7 @@ impl<'a> Replay<'a> {
         let size = self.scene.camera.size();
         let gathers = self.renderer.gathers().at(iteration, &settings.merging);
         let partners = u64::from(size.x) * u64::from(size.y);
-        Pass::new(*settings, iteration, gathers, partners, self.renderer.shares().to_vec())
+        Pass::new(*settings, iteration, gathers, partners, self.renderer.thinning().clone())
     }
 
     /// Every sample that an iteration adds to the pixel.

@@ -133,13 +133,24 @@ impl Outcome {
     }
 }
 
-/// How connections are thinned out in media, if they are.
-fn thinned(scene: &Scene, renderer: &Renderer) -> Option<(&'static str, String)> {
-    let names = scene.notes.medium_names.iter().zip(renderer.shares());
-    let words: Vec<String> =
-        names.filter(|(_, g)| **g < 1.0).map(|(name, g)| format!("{:.3} in {name}", g * g)).collect();
-    (!words.is_empty())
-        .then(|| (Technique::Connect.info().key, format!("share of the connections: {}", words.join(", "))))
+/// What is thinned out in media, if anything is.
+fn thinned(scene: &Scene, renderer: &Renderer) -> Vec<(&'static str, String)> {
+    let words = |values: &[f32], power: i32| -> Vec<String> {
+        let named = scene.notes.medium_names.iter().zip(values).filter(|(_, value)| **value < 1.0);
+        named.map(|(name, value)| format!("{:.3} in {name}", value.powi(power))).collect()
+    };
+    let thinning = renderer.thinning();
+    let (shares, continuations) = (words(&thinning.shares, 2), words(&thinning.continuations, 1));
+    let mut lines = Vec::new();
+    if !shares.is_empty() {
+        let line = format!("share of the connections: {}", shares.join(", "));
+        lines.push((Technique::Connect.info().key, line));
+    }
+    if !continuations.is_empty() {
+        let line = format!("camera subpaths go on with at most {}", continuations.join(", "));
+        lines.push(("camera_continuation", line));
+    }
+    lines
 }
 
 /// How the merges that are on gather in the first iteration.

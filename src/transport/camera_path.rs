@@ -231,7 +231,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         // Whole numbers that the running sum of the shares passes: each connection with the probability that is its
         // share, and as many in all as the sum says.
         // Drawn whatever the partner has, so that the lengths that count change no other random number.
-        let mut sum = if self.pass.shares.is_empty() { 0.0 } else { random.next_1d() };
+        let mut sum = if self.pass.thinning.shares.is_empty() { 0.0 } else { random.next_1d() };
         for index in 0..self.partners.vertices.len() {
             let other = &self.partners.vertices[index];
             let count = own * self.pass.share(&other.place);
@@ -344,7 +344,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
             let count = match flight.length {
                 _ if flight.specular => 0.0,
                 0 => lens,
-                _ => connect * pass.raise(flight.share * pass.share_in(stretch.index)),
+                _ => connect * pass.raise(flight.share * pass.thinning.share(stretch.index)),
             };
             if pass.on(Technique::PointBeam) {
                 point_beam::gather(scene, pass, photons, flight, part, count, &mut record);

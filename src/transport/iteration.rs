@@ -10,7 +10,7 @@ use super::pass::Pass;
 use super::settings::Settings;
 use super::sink::{Joint, Sink};
 use super::technique::Technique;
-use super::thinning;
+use super::thinning::Thinning;
 use crate::error::Result;
 use crate::film::{BAND_ROWS, Band, Film, Sample, Splat};
 use crate::scene::Scene;
@@ -39,8 +39,7 @@ pub struct Renderer<'a> {
     settings: Settings,
     /// How merges gather in the first iteration.
     chosen: Chosen,
-    /// g of each medium, see [`thinning`].
-    shares: Vec<f32>,
+    thinning: Thinning,
     chunks: Vec<Stored>,
 }
 
@@ -49,9 +48,9 @@ impl<'a> Renderer<'a> {
     /// Settings that make no sense.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
-        let shares = thinning::shares(scene, &settings);
-        let chosen = auto::resolve_with(scene, &settings, &shares);
-        Ok(Self { scene, settings, chosen, shares, chunks: Vec::new() })
+        let thinning = Thinning::of(scene, &settings);
+        let chosen = auto::resolve_with(scene, &settings, &thinning);
+        Ok(Self { scene, settings, chosen, thinning, chunks: Vec::new() })
     }
 
     /// How merges gather in the first iteration, with what was chosen where the settings left it open.
@@ -67,9 +66,9 @@ impl<'a> Renderer<'a> {
         self.chosen.left_out[place_of(technique).expect("a merge")]
     }
 
-    /// g of each medium, see [`thinning`]; empty where all connections are made.
-    pub fn shares(&self) -> &[f32] {
-        &self.shares
+    /// What is thinned out in each medium.
+    pub fn thinning(&self) -> &Thinning {
+        &self.thinning
     }
 
     /// The settings.
@@ -87,7 +86,7 @@ impl<'a> Renderer<'a> {
             index,
             self.chosen.gathers.at(index, &self.settings.merging),
             partners,
-            self.shares.clone(),
+            self.thinning.clone(),
         );
         if self.settings.needs_light_paths() {
             stats.light_paths = self.trace_light_paths(&pass, film);

@@ -4,6 +4,7 @@ use super::merge::{Beams, Gathers, MERGES, place_of};
 use super::mis::{Merges, Pending};
 use super::settings::Settings;
 use super::technique::Technique;
+use super::thinning::Thinning;
 use super::walk::Place;
 use crate::bsdf::Mode;
 use crate::math::{Rgb, StreamKind, Streams};
@@ -26,25 +27,23 @@ pub struct Pass {
     pub merges: Merges,
     /// Light subpaths of an iteration that are connected to the lens or to a partner: as many as pixels.
     pub partners: u64,
-    /// By medium, the share g with which its collisions are connected; empty where all are 1 (see [`super::thinning`]).
-    pub shares: Vec<f32>,
+    /// What is thinned out in each medium.
+    pub thinning: Thinning,
     /// Whether some technique that is on has a beam.
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
     pub camera_beams: bool,
-    /// A camera subpath goes on from a collision with this probability at most.
-    camera_continuation: f32,
 }
 
 impl Pass {
-    /// Of iteration `iteration`, in which each technique gathers as `gathers` says and collisions are connected with these
-    /// `shares`.
+    /// Of iteration `iteration`, in which each technique gathers as `gathers` says and media are thinned out as `thinning`
+    /// says.
     pub fn new(
         settings: Settings,
         iteration: u64,
         gathers: Gathers,
         partners: u64,
-        shares: Vec<f32>,
+        thinning: Thinning,
     ) -> Self {
         let on = |t| settings.techniques.has(t);
         let raise = |t: Technique| {
@@ -55,9 +54,6 @@ impl Pass {
         let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
         let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
         let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
-        let in_media = beams || on(Technique::PointPoint);
-        let camera_continuation =
-            if in_media && !settings.merging.first { settings.merging.camera_continuation } else { 1.0 };
         let streams = |kind| Streams::new(settings.seed, iteration, kind);
         Self {
             settings,
@@ -67,10 +63,9 @@ impl Pass {
             gathers,
             merges,
             partners,
-            shares,
+            thinning,
             beams,
             camera_beams,
-            camera_continuation,
         }
     }
 
@@ -91,22 +86,16 @@ impl Pass {
     pub fn share(&self, place: &Place) -> f32 {
         match place {
             Place::Surface(_) => 1.0,
-            Place::Medium(collision) => self.share_in(collision.medium),
+            Place::Medium(collision) => self.thinning.share(collision.medium),
         }
     }
 
-    /// g in a medium.
+    /// The probability with which a walk in `mode` goes on from a collision in a medium with this index.
     #[inline]
-    pub fn share_in(&self, medium: u32) -> f32 {
-        self.shares.get(medium as usize).copied().unwrap_or(1.0)
-    }
-
-    /// The probability with which a walk in `mode` goes on from a collision in `medium`, where the coefficients are `at`.
-    #[inline]
-    pub fn continuation(&self, mode: Mode, medium: &Medium, at: &Coefficients) -> f32 {
+    pub fn continuation(&self, mode: Mode, (index, medium): (u32, &Medium), at: &Coefficients) -> f32 {
         let most = match mode {
             Mode::Importance => 1.0,
-            Mode::Radiance => self.camera_continuation,
+            Mode::Radiance => self.thinning.continuation(index),
         };
         medium.continuation(at).min(most)
     }

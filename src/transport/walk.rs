@@ -162,7 +162,14 @@ impl Vertex {
             Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
             Place::Medium(collision) => {
                 let medium = &scene.media[collision.medium as usize];
-                let scattering = scatter_in(pass, medium, collision.p, &collision.coefficients, wl, wc);
+                let scattering = scatter_in(
+                    pass,
+                    (collision.medium, medium),
+                    collision.p,
+                    &collision.coefficients,
+                    wl,
+                    wc,
+                );
                 (scattering.pdf_light > 0.0).then_some(scattering)
             }
         }
@@ -499,7 +506,8 @@ fn leave_collision<V: Visitor>(
     visitor: &V,
 ) -> Option<Flight> {
     let medium = &scene.media[collision.medium as usize];
-    let continuation = pass.continuation(V::MODE, medium, &collision.coefficients);
+    let indexed = (collision.medium, medium);
+    let continuation = pass.continuation(V::MODE, indexed, &collision.coefficients);
     if !survives(continuation, random) {
         return None;
     }
@@ -511,7 +519,7 @@ fn leave_collision<V: Visitor>(
         Mode::Importance if phase_back != phase => phase_back / phase,
         _ => 1.0,
     };
-    let reverse = pass.continuation(other(V::MODE), medium, &collision.coefficients) * phase_back;
+    let reverse = pass.continuation(other(V::MODE), indexed, &collision.coefficients) * phase_back;
     Some(Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
@@ -522,7 +530,7 @@ fn leave_collision<V: Visitor>(
         cosine: 1.0,
         infinite: false,
         specular: false,
-        share: pass.share_in(collision.medium),
+        share: pass.thinning.share(collision.medium),
         sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(reverse)),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, Label::Medium),

@@ -11,7 +11,11 @@ mod refusals;
 use std::path::{Path, PathBuf};
 use tyndall::film::{Film, Image};
 use tyndall::scene::Scene;
+use tyndall::transport::merge::Radius;
 use tyndall::transport::{Renderer, Settings, TechniqueSet};
+
+/// Radii of merges, in footprints of a pixel: with them a kernel blurs less than what these tests see.
+const FOOTPRINTS: f32 = 0.2;
 
 /// A file beside these tests.
 fn scene_path(name: &str) -> PathBuf {
@@ -33,6 +37,9 @@ fn shared() -> Option<PathBuf> {
 fn render(scene: &Scene, preset: &str, seed: u64, iterations: u64) -> Image {
     let techniques = TechniqueSet::parse([preset]).expect("a known preset");
     let mut settings = Settings { seed, ..Settings::new(techniques) };
+    for gather in &mut settings.merging.of {
+        gather.radius = Radius::Footprint(FOOTPRINTS);
+    }
     settings.max_length = scene.notes.defaults.max_length.unwrap_or(settings.max_length);
     let mut film = Film::new(&scene.camera, &settings);
     let mut renderer = Renderer::new(scene, settings).expect("settings that make sense");

@@ -142,17 +142,17 @@ fn assert_twin(name: &str, presets: &[(&str, u64)]) {
 
 #[test]
 fn surfaces_are_as_in_mitsuba() {
-    assert_twin("surfaces", &[("pt", 64), ("bpt", 32)]);
+    assert_twin("surfaces", &[("pt", 64), ("bpt", 32), ("upbp", 16)]);
 }
 
 #[test]
 fn media_are_as_in_mitsuba() {
-    assert_twin("media", &[("bpt", 32)]);
+    assert_twin("media", &[("bpt", 32), ("upbp", 16)]);
 }
 
 #[test]
 fn grids_are_as_in_mitsuba() {
-    assert_twin("grids", &[("pt", 64), ("bpt", 32)]);
+    assert_twin("grids", &[("pt", 64), ("bpt", 32), ("upbp", 16)]);
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn shared_cases_are_as_in_mitsuba() {
         let (mean, error) = (crate::npz::array(&archive, "mean"), crate::npz::array(&archive, "se"));
         // Of at least eight batches, says the README there.
         let reference = Reference::of_pixels(48, &mean, &error, 8);
-        for preset in ["pt", "bpt"] {
+        for preset in ["pt", "bpt", "upbp"] {
             assert_same(name, &scene, preset, 32, &reference);
         }
     }

@@ -8,17 +8,21 @@ use tyndall::transport::merge::Gathers;
 use tyndall::transport::merge::{Photons, Stored};
 use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::Joint;
+use tyndall::transport::thinning::Thinning;
 use tyndall::transport::{Settings, Technique, camera_path, light_path};
 
-/// Collisions are connected in part, a different one in each medium.
-pub fn shares(scene: &Scene) -> Vec<f32> {
-    (0..scene.media.len()).map(|m| 0.8 / (m + 1) as f32).collect()
+/// Collisions are connected in part, a different one in each medium, and camera subpaths end at some of them.
+pub fn thinning(scene: &Scene) -> Thinning {
+    let shares = (0..scene.media.len()).map(|m| 0.8 / (m + 1) as f32).collect();
+    let continuations = (0..scene.media.len()).map(|m| 0.4 + 0.3 * (m % 2) as f32).collect();
+    Thinning { shares, continuations }
 }
 
-/// The constants of an iteration in which nothing merges.
+/// The constants of an iteration in which nothing merges. Camera subpaths go on there, or lights would be hit too rarely.
 pub fn pass(scene: &Scene, settings: &Settings, iteration: u64) -> Pass {
     let size = scene.camera.size();
-    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), shares(scene))
+    let thinning = Thinning { continuations: Vec::new(), ..thinning(scene) };
+    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), thinning)
 }
 
 /// Traces light subpath and camera subpath of one pixel and gives every sample with its whole path.

@@ -46,7 +46,7 @@ fn weights_and_contributions_of_merges_are_the_oracles() {
         let merging = MergeSettings {
             photon_beams: kind(0),
             camera_beams: kind(1),
-            camera_continuation: 0.4,
+            camera_continuation: Some(0.4),
             ..MergeSettings::default()
         };
         let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };

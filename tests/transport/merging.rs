@@ -28,7 +28,7 @@ pub fn variant(i: usize, of: [Gather; 5]) -> MergeSettings {
         photon_beams: kind(0),
         camera_beams: kind(1),
         first: false,
-        camera_continuation: 0.4,
+        camera_continuation: Some(0.4),
         ..MergeSettings::default()
     }
 }

@@ -32,7 +32,7 @@ use crate::math::{Stream, StreamKind};
 use crate::scene::{End, Scene};
 use crate::transport::settings::Settings;
 use crate::transport::technique::Technique;
-use crate::transport::thinning;
+use crate::transport::thinning::Thinning;
 use glam::Vec2;
 
 /// Merges of all techniques together that are aimed at, for each connection.
@@ -58,11 +58,11 @@ pub struct Chosen {
 
 /// What the settings leave open, chosen.
 pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
-    resolve_with(scene, settings, &thinning::shares(scene, settings))
+    resolve_with(scene, settings, &Thinning::of(scene, settings))
 }
 
-/// The same where g of each medium is known already, see [`thinning`].
-pub fn resolve_with(scene: &Scene, settings: &Settings, shares: &[f32]) -> Chosen {
+/// The same where it is known already what is thinned out.
+pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &Thinning) -> Chosen {
     let mut chosen = Chosen::default();
     if !settings.techniques.merges() {
         return chosen;
@@ -85,7 +85,7 @@ pub fn resolve_with(scene: &Scene, settings: &Settings, shares: &[f32]) -> Chose
         };
     }
     if needs_pilot(settings) {
-        let pilot = Pilot::run(scene, settings, shares, &chosen.gathers);
+        let pilot = Pilot::run(scene, settings, thinning, &chosen.gathers);
         choose(settings, &pilot, footprint, &mut chosen.gathers);
         bound(settings, &pilot, &mut chosen);
     }

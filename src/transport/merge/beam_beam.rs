@@ -55,7 +55,7 @@ pub fn gather(
         let Some(camera) = flight.arm(pass, Mode::Radiance, distance, &passage, at.sigma_t, count) else {
             return;
         };
-        let scattering = scatter_in(pass, medium, point, &at, light.back, camera.back);
+        let scattering = scatter_in(pass, (stretch.index, medium), point, &at, light.back, camera.back);
         let kernel = pass.settings.merging.kernel.line(d2 / (radius * radius));
         let arms = (&light, &camera);
         let sample = join::sample(pass, Technique::BeamBeam, Label::Medium, arms, &scattering, kernel);

@@ -22,7 +22,8 @@ pub struct MergeDef {
     pub most_photons: Option<u64>,
     /// About as many beams are stored at most; default no bound.
     pub most_beams: Option<u64>,
-    /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default 0.9.
+    /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default: chosen
+    /// for each medium.
     pub camera_continuation: Option<f32>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,
@@ -138,7 +139,7 @@ impl MergeDef {
             first,
             most_photons: self.most_photons,
             most_beams: self.most_beams,
-            camera_continuation: self.camera_continuation.unwrap_or(default.camera_continuation),
+            camera_continuation: self.camera_continuation,
         }
     }
 }

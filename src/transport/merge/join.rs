@@ -43,11 +43,11 @@ impl From<&Vertex> for Arm {
     }
 }
 
-/// What a medium does to light at a point `p` of it, where its coefficients are `at`.
+/// What the medium with this index does to light at a point `p` of it, where its coefficients are `at`.
 #[inline]
 pub fn scatter_in(
     pass: &Pass,
-    medium: &Medium,
+    (index, medium): (u32, &Medium),
     p: Vec3A,
     at: &Coefficients,
     wl: Vec3A,
@@ -56,8 +56,8 @@ pub fn scatter_in(
     let (forward, phase) = medium.phase_densities(p, wl, wc);
     Scattering {
         value: at.sigma_s * phase,
-        pdf_light: forward * pass.continuation(Mode::Importance, medium, at),
-        pdf_camera: phase * pass.continuation(Mode::Radiance, medium, at),
+        pdf_light: forward * pass.continuation(Mode::Importance, (index, medium), at),
+        pdf_camera: phase * pass.continuation(Mode::Radiance, (index, medium), at),
     }
 }
 

@@ -143,7 +143,7 @@ impl Photons {
             0.0
         } else if flight.length > 0 {
             if pass.on(Technique::Connect) {
-                pass.raise(flight.share * pass.share_in(beam.medium()))
+                pass.raise(flight.share * pass.thinning.share(beam.medium()))
             } else {
                 0.0
             }

@@ -12,6 +12,7 @@ use crate::transport::pass::Pass;
 use crate::transport::settings::Settings;
 use crate::transport::sink::{Joint, Sink};
 use crate::transport::technique::Technique;
+use crate::transport::thinning::Thinning;
 use crate::transport::walk::{Place, Vertex};
 use glam::UVec2;
 
@@ -74,12 +75,12 @@ impl Sink for Counter {
 }
 
 impl Pilot {
-    /// Runs it where each technique gathers with the radii of `gathers` and collisions are connected with these `shares`.
-    pub fn run(scene: &Scene, settings: &Settings, shares: &[f32], gathers: &Gathers) -> Self {
+    /// Runs it where each technique gathers with the radii of `gathers` and media are thinned out as `thinning` says.
+    pub fn run(scene: &Scene, settings: &Settings, thinning: &Thinning, gathers: &Gathers) -> Self {
         let size = scene.camera.size();
         let paths = PATHS.min(u64::from(size.x) * u64::from(size.y));
         let gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
-        let pass = Pass::new(*settings, PILOT, gathers, paths, shares.to_vec());
+        let pass = Pass::new(*settings, PILOT, gathers, paths, thinning.clone());
         let (chunks, light) = walk_light(scene, &pass, paths);
         let photons = Photons::build(scene, &pass, &chunks);
         let connects = pass.on(Technique::Connect);

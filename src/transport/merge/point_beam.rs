@@ -46,7 +46,8 @@ pub fn gather(
         else {
             return;
         };
-        let scattering = scatter_in(pass, medium, p, &at, photon.to_previous.into(), arm.back);
+        let scattering =
+            scatter_in(pass, (stretch.index, medium), p, &at, photon.to_previous.into(), arm.back);
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&photon.arm(), &arm);
         let sample = join::sample(pass, Technique::PointBeam, Label::Medium, arms, &scattering, kernel);

@@ -92,13 +92,8 @@ pub struct MergeSettings {
     pub most_beams: Option<u64>,
     /// Where something merges in media, and camera subpaths do not end at their first vertex anyway, they go on from a
     /// collision with this probability at most.
-    ///
-    /// Light that is scattered many times comes by light subpaths as well, and these are merged with at the first
-    /// collisions and along the first edges that a camera subpath has. What it would look for further on, at each of
-    /// dozens of collisions, takes most of the time and adds little. Only where light has to find its way far through
-    /// a dense medium of high albedo, as to the foot of a candle, few light subpaths get there: at 0.4 fog is
-    /// rendered twice as efficiently as at 1, but that foot is left to rare bright samples. At 0.9 it is not.
-    pub camera_continuation: f32,
+    /// `None` leaves it to [`crate::transport::thinning`], for each medium.
+    pub camera_continuation: Option<f32>,
 }
 
 impl Default for MergeSettings {
@@ -111,7 +106,7 @@ impl Default for MergeSettings {
             first: false,
             most_photons: None,
             most_beams: None,
-            camera_continuation: 0.9,
+            camera_continuation: None,
         }
     }
 }
@@ -155,10 +150,11 @@ impl MergeSettings {
                 return Err(Error::usage(format!("the number of light paths of {key} must be above 0")));
             }
         }
-        if !(self.camera_continuation > 0.0 && self.camera_continuation <= 1.0) {
+        if let Some(q) = self.camera_continuation
+            && !(q > 0.0 && q <= 1.0)
+        {
             return Err(Error::usage(format!(
-                "camera_continuation is {}: it must be above 0 and at most 1",
-                self.camera_continuation
+                "camera_continuation is {q}: it must be above 0 and at most 1"
             )));
         }
         for (what, most) in [("photons", self.most_photons), ("beams", self.most_beams)] {
