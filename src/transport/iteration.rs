@@ -48,8 +48,8 @@ impl<'a> Renderer<'a> {
     /// Settings that make no sense.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
-        let thinning = Thinning::of(scene, &settings);
-        let chosen = auto::resolve_with(scene, &settings, &thinning);
+        let mut thinning = Thinning::of(scene, &settings);
+        let chosen = auto::resolve_with(scene, &settings, &mut thinning);
         Ok(Self { scene, settings, chosen, thinning, chunks: Vec::new() })
     }
 

@@ -58,18 +58,18 @@ pub struct Chosen {
 
 /// What the settings leave open, chosen.
 pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
-    resolve_with(scene, settings, &Thinning::of(scene, settings))
+    resolve_with(scene, settings, &mut Thinning::of(scene, settings))
 }
 
-/// The same where it is known already what is thinned out.
-pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &Thinning) -> Chosen {
+/// The same where it is known already what is thinned out, but for what is left to a pilot.
+pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &mut Thinning) -> Chosen {
     let mut chosen = Chosen::default();
     if !settings.techniques.merges() {
         return chosen;
     }
     let pixels = u64::from(scene.camera.size().element_product());
     let (_, scene_radius) = scene.geometry.bounding_sphere();
-    let footprint = footprint(scene, settings).unwrap_or(1e-3 * scene_radius.max(1e-6));
+    let footprint = footprint(scene).unwrap_or(1e-3 * scene_radius.max(1e-6));
     for (gather, technique) in chosen.gathers.of.iter_mut().zip(MERGES) {
         let asked = settings.merging.of(technique);
         gather.radius = match asked.radius {
@@ -83,6 +83,10 @@ pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &Thinning) -> 
             PathCount::PerPixel(n) => ((pixels as f64 * f64::from(n)).round() as u64).max(1),
             PathCount::Auto => pixels,
         };
+    }
+    if Thinning::is_open(scene, settings) {
+        let pilot = Pilot::run(scene, settings, thinning, &chosen.gathers);
+        thinning.go_on(&pilot.depths);
     }
     if needs_pilot(settings) {
         let pilot = Pilot::run(scene, settings, thinning, &chosen.gathers);
@@ -125,12 +129,12 @@ fn widest(scene: &Scene, technique: Technique, footprint: f32) -> f32 {
 
 /// Median footprint of a pixel at what it sees first: distance times the square root of its solid angle. `None` where it
 /// sees nothing.
-fn footprint(scene: &Scene, settings: &Settings) -> Option<f32> {
+fn footprint(scene: &Scene) -> Option<f32> {
     let camera = &scene.camera;
     let pixels = camera.size().as_vec2().element_product();
     let mut footprints = Vec::new();
     for (i, pixel) in pilot::pixels(scene, pilot::GRID).enumerate() {
-        let mut random = Stream::new(settings.seed, PILOT, StreamKind::Other, i as u64);
+        let mut random = Stream::new(0, PILOT, StreamKind::Other, i as u64);
         let ray = camera.sample_ray(pixel, Vec2::splat(0.5), random.next_2d());
         let arrival = scene.fly(&Ray::new(ray.origin, ray.dir), scene.camera_inside, &mut random);
         if !matches!(arrival.end, End::Open) {

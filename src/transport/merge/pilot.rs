@@ -24,7 +24,7 @@ const PATHS: u64 = 4096;
 pub const PILOT: u64 = u64::MAX;
 
 /// What a pilot counted.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Pilot {
     /// How each technique gathered.
     pub gathers: Gathers,
@@ -32,6 +32,8 @@ pub struct Pilot {
     pub merges: [f64; MERGES.len()],
     /// Merges a vertex of camera subpaths: on surfaces for SURF, else in media.
     pub merges_a_vertex: [f64; MERGES.len()],
+    /// By medium, the collisions there behind which light was found: the mean over what came from the first of them on; 0 where none did.
+    pub depths: Vec<f64>,
     /// Connections a camera subpath that were not blocked.
     pub connections: f64,
     /// Photons that are stored a light subpath.
@@ -56,10 +58,20 @@ struct Counter {
     connections: u64,
     on_surfaces: u64,
     in_media: u64,
+    /// By medium, collisions of the camera subpath so far.
+    collisions: Vec<u32>,
+    /// By medium, Σ C and Σ C n over contributions C behind n > 0 of its collisions.
+    behind: Vec<[f64; 2]>,
 }
 
 impl Sink for Counter {
     fn record(&mut self, sample: &Sample, _joint: &Joint) {
+        let contribution = f64::from(sample.contribution.element_sum() * sample.weight);
+        let behind = self.collisions.iter().zip(&mut self.behind);
+        for (n, [sum, weighted]) in behind.filter(|(n, _)| **n > 0 && contribution.is_finite()) {
+            *sum += contribution;
+            *weighted += contribution * f64::from(*n);
+        }
         match place_of(sample.technique) {
             Some(i) => self.merges[i] += 1,
             None => self.connections += u64::from(sample.technique != Technique::Hit),
@@ -69,7 +81,12 @@ impl Sink for Counter {
     fn vertex(&mut self, vertex: &Vertex) {
         match vertex.place {
             Place::Surface(_) => self.on_surfaces += 1,
-            Place::Medium(_) => self.in_media += 1,
+            Place::Medium(collision) => {
+                self.in_media += 1;
+                if let Some(n) = self.collisions.get_mut(collision.medium as usize) {
+                    *n += 1;
+                }
+            }
         }
     }
 }
@@ -80,11 +97,14 @@ impl Pilot {
         let size = scene.camera.size();
         let paths = PATHS.min(u64::from(size.x) * u64::from(size.y));
         let gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
-        let pass = Pass::new(*settings, PILOT, gathers, paths, thinning.clone());
+        // The seed is no part of it: independent runs shall have the same radii and counts.
+        let pass = Pass::new(Settings { seed: 0, ..*settings }, PILOT, gathers, paths, thinning.clone());
         let (chunks, light) = walk_light(scene, &pass, paths);
         let photons = Photons::build(scene, &pass, &chunks);
         let connects = pass.on(Technique::Connect);
-        let mut counter = Counter::default();
+        let media = scene.media.len();
+        let mut counter =
+            Counter { collisions: vec![0; media], behind: vec![[0.0; 2]; media], ..Counter::default() };
         let mut camera_paths = 0u64;
         for (i, pixel) in pixels(scene, GRID).enumerate() {
             let partner = i % paths as usize;
@@ -93,6 +113,7 @@ impl Pilot {
             let partners = Partners { vertices, photons: Some(&photons) };
             camera_path::trace(scene, &pass, pixel, partners, &mut counter);
             camera_paths += 1;
+            counter.collisions.fill(0);
         }
         let a_camera_path = |n: u64| n as f64 / camera_paths as f64;
         let a_light_path = |n: usize| n as f64 / paths as f64;
@@ -105,6 +126,7 @@ impl Pilot {
                 let vertices = if on_surface { counter.on_surfaces } else { counter.in_media };
                 counter.merges[i] as f64 / vertices.max(1) as f64
             }),
+            depths: counter.behind.iter().map(|[c, cn]| if *c > 0.0 { cn / c } else { 0.0 }).collect(),
             connections: a_camera_path(counter.connections) + light.connections as f64 / paths as f64,
             photons: a_light_path(chunks.iter().map(|c| c.photons.len()).sum()),
             beams: a_light_path(chunks.iter().map(|c| c.beams.len()).sum()),
