@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::error::Result;
 use crate::experiment::overrides::Override;
 use crate::experiment::plan::{self, Plan};
-use crate::experiment::results::{self, Cell, Estimate, Results};
+use crate::experiment::results::{Cell, Estimate, Results};
 use crate::experiment::run::{self, Options, Part};
 use crate::report::report_of;
 use crate::report::statistics::{Ratio, ratio};
@@ -65,6 +65,10 @@ pub fn show(out: &Path, results: &Results) -> Result<()> {
     print(summary(results))?;
     if results.partial {
         print("These results are partial.\n")?;
+    }
+    let figures = out.join("figures");
+    if !report.figures.is_empty() {
+        print(format!("figures as SVG, PDF and PNG: {}\n", figures.display()))?;
     }
     print(format!("{}\n", report.page.display()))
 }
@@ -124,12 +128,7 @@ fn summary(results: &Results) -> String {
 
 /// How much more efficient a cell is than another, where that can be told.
 fn speed_up(first: &Cell, cell: &Cell) -> String {
-    let costs = |cell: &Cell| -> Vec<f64> {
-        let noise = cell.noise("mse");
-        let mse = |r: &results::Run| r.metrics.get("mse").copied().unwrap_or(f64::NAN) - noise;
-        cell.runs.iter().map(|r| mse(r) * r.seconds).collect()
-    };
-    match ratio(&costs(first), &costs(cell)) {
+    match ratio(&first.costs(), &cell.costs()) {
         None => "-".into(),
         Some(Ratio::Bare(value)) => format!("{}×, of one run", number(value)),
         Some(Ratio::Known(_, None)) => "not distinguishable".into(),

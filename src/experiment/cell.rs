@@ -10,7 +10,7 @@ use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
-use super::work::{Got, Work, relmse};
+use super::work::{Got, Work, without_noise};
 use crate::error::{Error, Result};
 use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
@@ -247,7 +247,8 @@ impl<'a> SceneContext<'a> {
         file.layers.retain(|l| l.name != OUTLIERS);
         gathered.mean.add(file, &outcome.film);
         let metrics = self.metrics(&image, &mut gathered.maps)?;
-        let relmse = self.truth.map(|truth| relmse(&image, truth)).transpose()?;
+        let without_noise = |m| self.truth.map(|truth| without_noise(m, &image, truth)).transpose();
+        let (relmse, mse) = (without_noise(Metric::RelMse)?, without_noise(Metric::Mse)?);
         gathered.runs.push(Run {
             index,
             seed: settings.seed,
@@ -262,6 +263,7 @@ impl<'a> SceneContext<'a> {
             mean: image.mean(),
             metrics,
             relmse,
+            mse,
             checkpoints,
             exr,
         });

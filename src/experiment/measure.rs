@@ -70,6 +70,7 @@ mod tests {
             setup: 0.0,
             merges: BTreeMap::new(),
             relmse: None,
+            mse: None,
             camera_paths: 0,
             light_paths: 0,
             dropped: BTreeMap::new(),

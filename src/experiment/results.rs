@@ -318,6 +318,9 @@ pub struct Run {
     /// negative where that dominates.
     #[serde(default)]
     pub relmse: Option<f64>,
+    /// The MSE likewise: what efficiencies are compared by, whichever metrics were asked for.
+    #[serde(default)]
+    pub mse: Option<f64>,
     /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end. Only metrics that are quick to compute:
     /// not FLIP.
     pub checkpoints: Vec<Checkpoint>,
@@ -466,6 +469,14 @@ impl Cell {
     /// A metric over the runs, by its key, without the reference's noise where that is known.
     pub fn metric(&self, key: &str) -> Option<Estimate> {
         self.summary.iter().find(|s| s.metric == key).map(|s| s.corrected.unwrap_or(s.value))
+    }
+
+    /// MSE · seconds of each run, without the reference's noise: the reciprocal of its efficiency.
+    pub fn costs(&self) -> Vec<f64> {
+        let noise = self.noise("mse");
+        let asked_for = |r: &Run| r.metrics.get("mse").map(|mse| mse - noise);
+        let mse = |r: &Run| r.mse.or_else(|| asked_for(r)).unwrap_or(f64::NAN);
+        self.runs.iter().map(|r| mse(r) * r.seconds).collect()
     }
 
     /// What the reference's noise adds to a metric; 0 where that is not known.

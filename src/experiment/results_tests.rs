@@ -12,6 +12,7 @@ fn results() -> Results {
         setup: 0.01,
         merges: BTreeMap::new(),
         relmse: Some(0.25),
+        mse: Some(0.5),
         camera_paths: 64,
         light_paths: 0,
         dropped: BTreeMap::from([("nee".into(), 2)]),

@@ -43,11 +43,19 @@ fn is_look(iterations: u64) -> bool {
 /// # Errors
 /// Images that cannot be compared.
 pub fn relmse(image: &Image, truth: &Truth) -> Result<f64> {
+    without_noise(Metric::RelMse, image, truth)
+}
+
+/// A metric of an image less what the reference's noise adds to it, where that is known.
+///
+/// # Errors
+/// Images that cannot be compared.
+pub fn without_noise(metric: Metric, image: &Image, truth: &Truth) -> Result<f64> {
     let noise = match &truth.variance {
-        Some(variance) => Metric::RelMse.reference_noise(&truth.image, variance)?.unwrap_or(0.0),
+        Some(variance) => metric.reference_noise(&truth.image, variance)?.unwrap_or(0.0),
         None => 0.0,
     };
-    Ok(Metric::RelMse.measure(image, &truth.image)?.value - noise)
+    Ok(metric.measure(image, &truth.image)?.value - noise)
 }
 
 /// A run to be rendered.

@@ -15,6 +15,8 @@ use crate::render::files::all_paths;
 
 /// Images are shown whole up to this many pixels a side; larger ones are whole in the viewer.
 const IMAGE_SIDE: usize = 1000;
+/// Width of an enlarged part in the figure.
+const PART: f64 = 150.0;
 /// Error maps of the main metric.
 const MAP_SIDE: usize = 960;
 /// Images of the plain strip.
@@ -115,7 +117,7 @@ pub(super) fn strip(context: &mut Context, view: &SceneView, images: &Images, m:
                         });
                     });
                     montage
-                        .push(0, Tile { picture, label: entry.info.label.clone(), fact, pixelated: false });
+                        .push(0, Tile { picture, label: entry.info.label.clone(), fact, ..Tile::default() });
                 }
             });
         });
@@ -375,12 +377,30 @@ fn crop_picture(column: &Column, crop: &Crop, stops: f32) -> Option<Picture> {
     Picture::of(&part, stops, IMAGE_SIDE)
 }
 
-/// Enlarged parts of the reference and of every estimator, as a figure of its own: a row a part.
+/// The first image with frames about the parts, and under it these enlarged of every image, as a figure of its own: a row
+/// a part, and the error under the last.
 fn crops_figure(view: &SceneView, columns: &[Column], crops: &[(String, Crop)]) -> String {
-    let mut montage = Montage::new(format!("{}: enlarged parts", view.scene.label), 150.0);
-    for (row, (name, crop)) in crops.iter().enumerate() {
+    let mut montage = Montage::new(format!("{}: enlarged parts", view.scene.label), PART);
+    let (width, height) = (view.scene.width as f64, view.scene.height as f64);
+    let whole = columns.first().and_then(|c| Some((c.label, c.image?)));
+    if let Some((label, image)) = whole {
+        let frames = crops.iter().map(|(_, c)| {
+            let [x, y, w, h] = [c.x, c.y, c.width, c.height].map(|v| v as f64);
+            [x / width, y / height, w / width, h / height]
+        });
+        let tile = Tile {
+            picture: Picture::of(image, view.scene.exposure, IMAGE_SIDE),
+            label: format!("{}, {label}", view.scene.label),
+            frames: frames.collect(),
+            ..Tile::default()
+        };
+        montage.push(0, tile);
+        montage.widen(0, ((PART + 8.0) * columns.len() as f64 - 8.0).min(PART * 2.5 * width / height));
+    }
+    let first = usize::from(whole.is_some());
+    for (row, (name, crop)) in (first..).zip(crops) {
         for column in columns {
-            let last = row + 1 == crops.len();
+            let last = row + 1 == crops.len() + first;
             let fact = if last { column.facts.last().cloned().unwrap_or_default() } else { String::new() };
             montage.push(
                 row,
@@ -389,6 +409,7 @@ fn crops_figure(view: &SceneView, columns: &[Column], crops: &[(String, Crop)]) 
                     label: if last { column.label.to_owned() } else { String::new() },
                     fact,
                     pixelated: true,
+                    ..Tile::default()
                 },
             );
         }

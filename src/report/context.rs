@@ -6,7 +6,6 @@ use super::palette::series_color;
 use super::viewer::Viewer;
 use crate::experiment::results::{Cell, Estimate, EstimatorInfo, Results, SceneResult};
 use crate::film::exr::{LayeredImage, read_layers};
-use crate::film::png::DisplayImage;
 use std::path::Path;
 
 /// The results, and what making the page gathers beside it.
@@ -20,8 +19,6 @@ pub(super) struct Context<'a> {
     estimator_slugs: Vec<String>,
     /// Figures that are to be files too: name without extension, content.
     pub figures: Vec<(String, String)>,
-    /// Figures that are to be PNG files: likewise.
-    pub pictures: Vec<(String, DisplayImage)>,
     /// What could not be shown.
     pub problems: Vec<String>,
     /// The images that the page's viewer has.
@@ -64,7 +61,6 @@ impl<'a> Context<'a> {
             scene_slugs: unique_slugs(results.scenes.iter().map(|s| s.key.as_str())),
             estimator_slugs: unique_slugs(results.estimators.iter().map(|e| e.key.as_str())),
             figures: Vec::new(),
-            pictures: Vec::new(),
             problems: Vec::new(),
             viewer: Viewer::default(),
         }

@@ -5,13 +5,11 @@ use super::comparison::shown;
 use super::context::{Context, Entry, SceneView};
 use super::layers::{Kind, energy};
 use super::markup::Markup;
+use super::montage::{Montage, Tile};
 use super::numbers::{duration, percent, plural, significant};
-use super::picture::{Picture, displayed};
-use super::raster::{Canvas, LEADING, lines, rgb};
+use super::picture::Picture;
 use super::techniques::{Row, energy_bar, images_row, rows, shown_kinds, size_note};
-use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
-use crate::film::png::DisplayImage;
 use crate::film::{Image, ScalarImage};
 
 /// Images of techniques are at most so large in the page.
@@ -50,7 +48,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         },
     );
     let slug = format!("{}-contributions-{}", view.slug, context.estimator_slug(entry.index));
-    context.pictures.push((slug, picture(&layers, combined, &rows, entry, stops)));
+    context.figures.push((slug, figure(view, combined, &rows, entry)));
 }
 
 /// The combined image with its caption.
@@ -115,59 +113,30 @@ fn weight_bar(m: &mut Markup) {
     });
 }
 
-/// Space about images in the PNG.
-const GAP: usize = 8;
-/// Tiles of the PNG are not made narrower than this by shrinking.
-const TILE: usize = 140;
-const TEXT: [u8; 3] = [0x1b, 0x1f, 0x24];
-const QUIET: [u8; 3] = [0x59, 0x63, 0x6e];
+/// Width of a technique's image in the figure.
+const TILE: f64 = 150.0;
 
-/// The figure as an image: the combined one over the weighted contributions in one or two rows.
-fn picture(layers: &LayeredImage, combined: &Image, rows: &[Row], entry: &Entry, stops: f32) -> DisplayImage {
-    debug_assert_eq!((layers.width, layers.height), (combined.width, combined.height));
+/// The figure: the combined image over the weighted contributions in one or two rows.
+fn figure(view: &SceneView, combined: &Image, rows: &[Row], entry: &Entry) -> String {
+    let stops = view.scene.exposure;
     let columns = if rows.len() > 5 { rows.len().div_ceil(2) } else { rows.len() };
-    let shrink = (combined.width / TILE).clamp(1, columns);
-    let side = combined.width.max(combined.height).div_ceil(shrink);
-    let tiles: Vec<DisplayImage> = rows
-        .iter()
-        .map(|row| match row.layer(Kind::Weighted) {
-            Some(image) => displayed(image, stops, side),
-            None => displayed(&Image::new(combined.width, combined.height), stops, side),
-        })
-        .collect();
-    let (tile_width, tile_height) = (tiles[0].width, tiles[0].height);
-    let strip = columns * (tile_width + GAP) - GAP;
-    let enlarge = (3 * strip / 5 / combined.width).max(1);
-    let main = displayed(combined, stops, usize::MAX);
-    let width = strip.max(main.width * enlarge) + 2 * GAP;
-    let face = if tile_width >= 130 { 2 } else { 1 };
-    let labels: Vec<Vec<String>> = rows.iter().map(|r| lines(r.label(), face, tile_width)).collect();
-    let line = LEADING * face;
-    let top = GAP + main.height * enlarge + 2 * GAP + line;
-    // Where each line of tiles starts, and where the last one ends.
-    let mut starts = vec![top];
-    for labels in labels.chunks(columns) {
-        let words = labels.iter().map(Vec::len).max().unwrap_or(0) + 1;
-        starts.push(starts.last().expect("there is one") + tile_height + words * line + 2 * GAP);
-    }
-    let height = *starts.last().expect("there is one");
-    let mut canvas = Canvas::new(width, height, [255; 3]);
-    canvas.draw(&main, [(width - main.width * enlarge) / 2, GAP], enlarge);
-    canvas.text(&entry.info.label, [width / 2, GAP + main.height * enlarge + GAP], face, TEXT);
+    let title = format!("{}: weighted contributions of {}", view.scene.label, entry.info.label);
+    let mut montage = Montage::new(title, TILE);
+    let (picture, label) = (Picture::of(combined, stops, WHOLE), entry.info.label.clone());
+    montage.push(0, Tile { picture, label, ..Tile::default() });
+    montage.widen(0, 0.62 * TILE * columns.max(3) as f64);
     let total = energy(combined);
-    for (i, (row, tile)) in rows.iter().zip(&tiles).enumerate() {
-        let in_line = columns.min(rows.len() - i / columns * columns);
-        let left = (width - (in_line * (tile_width + GAP) - GAP)) / 2 + i % columns * (tile_width + GAP);
-        let y = starts[i / columns];
-        canvas.draw(tile, [left, y], 1);
-        canvas.fill([left, y + tile_height], [tile_width, 3], rgb(row.color()));
-        let mut y = y + tile_height + GAP;
-        for words in &labels[i] {
-            canvas.text(words, [left + tile_width / 2, y], face, TEXT);
-            y += line;
-        }
-        let share = row.layer(Kind::Weighted).map_or(f64::NAN, |image| energy(image) / total);
-        canvas.text(&percent(share), [left + tile_width / 2, y], face, QUIET);
+    for (i, row) in rows.iter().enumerate() {
+        let weighted = row.layer(Kind::Weighted);
+        let share = weighted.map_or(f64::NAN, |image| energy(image) / total);
+        let tile = Tile {
+            picture: weighted.and_then(|image| Picture::of(image, stops, SIDE)),
+            label: row.label().to_owned(),
+            fact: percent(share),
+            bar: row.color(),
+            ..Tile::default()
+        };
+        montage.push(1 + i / columns, tile);
     }
-    canvas.finish()
+    montage.svg()
 }

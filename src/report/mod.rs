@@ -14,8 +14,8 @@
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
-//! | `pdf` | figures as PDF |
-//! | `markup`, `numbers`, `picture`, `montage`, `raster` | HTML, SVG and PNG, numbers, images as `data:` addresses |
+//! | `pdf`, `drawn` | figures as PDF and as PNG |
+//! | `markup`, `numbers`, `picture`, `montage` | HTML and SVG, numbers, images as `data:` addresses |
 
 mod axis;
 mod comparison;
@@ -24,6 +24,7 @@ mod contributions;
 mod convergence;
 mod crops;
 mod curve;
+mod drawn;
 mod layers;
 mod maps;
 mod markup;
@@ -35,7 +36,6 @@ mod pdf;
 mod picture;
 mod plot;
 mod pyramid;
-mod raster;
 mod reproduce;
 pub(crate) mod statistics;
 mod table;
@@ -48,6 +48,7 @@ mod why;
 use crate::error::{Error, Result};
 use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// What a report consists of.
@@ -59,13 +60,13 @@ pub struct ReportSummary {
     pub bytes: usize,
     /// The figures beside it, each an SVG file of its own.
     pub figures: Vec<PathBuf>,
-    /// Figures that are PNG files.
+    /// The same as PNG files.
     pub pictures: Vec<PathBuf>,
     /// What could not be shown, such as an image that is missing; the page says so too.
     pub problems: Vec<String>,
 }
 
-/// Reads the results in a folder and writes `index.html`, `figures/*.svg` (and the same as `*.pdf`) and `figures/*.png` there, each whole or not at all.
+/// Reads the results in a folder and writes `index.html`, `figures/*.svg`, the same as `*.pdf` and `*.png`, there, each whole or not at all.
 ///
 /// Images that are missing or damaged leave a note in the page.
 ///
@@ -86,23 +87,27 @@ pub fn report_of(dir: &Path, results: &Results) -> Result<ReportSummary> {
     let html = page::page(&mut context);
     let folder = dir.join("figures");
     std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, "make the folder", &e))?;
-    let mut figures = Vec::new();
     let width = results.figures.width_cm;
-    for (name, svg) in &context.figures {
-        let path = folder.join(format!("{name}.svg"));
-        write_bytes(&path, pdf::sized(svg, width).as_bytes())?;
-        figures.push(path);
-        if let Some(pdf) = pdf::pdf(svg, width) {
-            write_bytes(&folder.join(format!("{name}.pdf")), &pdf)?;
-        }
-    }
-    let mut pictures = Vec::new();
-    for (name, image) in &context.pictures {
-        let path = folder.join(format!("{name}.png"));
-        image.write(&path)?;
-        pictures.push(path);
-    }
+    let written = context.figures.par_iter().map(|(name, svg)| figure(&folder.join(name), svg, width));
+    let written = written.collect::<Result<Vec<_>>>()?;
+    let figures = written.iter().map(|(svg, _)| svg.clone()).collect();
+    let pictures = written.into_iter().filter_map(|(_, png)| png).collect();
     let page = dir.join("index.html");
     write_bytes(&page, html.as_bytes())?;
     Ok(ReportSummary { page, bytes: html.len(), figures, pictures, problems: context.problems })
+}
+
+/// Writes a figure as SVG, PDF and PNG, at `path` with these extensions; the paths of the first and the last.
+fn figure(path: &Path, svg: &str, width: Option<f64>) -> Result<(PathBuf, Option<PathBuf>)> {
+    let with = |extension: &str| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        path.with_file_name(format!("{name}.{extension}"))
+    };
+    write_bytes(&with("svg"), pdf::sized(svg, width).as_bytes())?;
+    if let Some(pdf) = pdf::pdf(svg, width) {
+        write_bytes(&with("pdf"), &pdf)?;
+    }
+    let Some(png) = drawn::png(svg, width) else { return Ok((with("svg"), None)) };
+    write_bytes(&with("png"), &png)?;
+    Ok((with("svg"), Some(with("png"))))
 }

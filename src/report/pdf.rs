@@ -14,7 +14,7 @@ const CENTIMETRE: f64 = 72.0 / 2.54;
 /// Points of a pixel of an SVG without a width of its own.
 const PIXEL: f64 = 0.75;
 /// Share of a letter's size that a raised one has, and by how much it is raised.
-const RAISED: [f64; 2] = [0.65, 0.36];
+pub(super) const RAISED: [f64; 2] = [0.65, 0.36];
 /// Distance of the control points of a quarter of a circle, in radii.
 const KAPPA: f64 = 0.552_284_75;
 
@@ -28,23 +28,23 @@ const WIDTHS: [u16; 95] = [
 ];
 
 /// An element of the SVG: its name, its attributes, and the text in it.
-struct Element<'a> {
-    name: &'a str,
-    attributes: BTreeMap<&'a str, &'a str>,
-    text: &'a str,
+pub(super) struct Element<'a> {
+    pub name: &'a str,
+    pub attributes: BTreeMap<&'a str, &'a str>,
+    pub text: &'a str,
 }
 
 impl Element<'_> {
-    fn number(&self, key: &str) -> Option<f64> {
+    pub fn number(&self, key: &str) -> Option<f64> {
         self.attributes.get(key)?.parse().ok()
     }
-    fn or(&self, key: &str, default: f64) -> f64 {
+    pub fn or(&self, key: &str, default: f64) -> f64 {
         self.number(key).unwrap_or(default)
     }
 }
 
 /// The elements in order. The report's own markup is well-formed, and has no `>` in attributes.
-fn elements(svg: &str) -> Vec<Element<'_>> {
+pub(super) fn elements(svg: &str) -> Vec<Element<'_>> {
     let mut found = Vec::new();
     for piece in svg.split('<').skip(1) {
         let Some((tag, text)) = piece.split_once('>') else { continue };
@@ -80,7 +80,7 @@ pub(super) fn sized(svg: &str, centimetres: Option<f64>) -> String {
 }
 
 /// Width and height of the view box.
-fn view(svg: &str) -> Option<[f64; 2]> {
+pub(super) fn view(svg: &str) -> Option<[f64; 2]> {
     let text = svg.split("viewBox=\"").nth(1)?.split('"').next()?;
     let numbers: Vec<f64> = text.split(' ').filter_map(|n| n.parse().ok()).collect();
     let [_, _, w, h] = numbers[..] else { return None };
@@ -315,7 +315,7 @@ fn path(d: &str) -> String {
     out
 }
 
-fn unescaped(text: &str) -> String {
+pub(super) fn unescaped(text: &str) -> String {
     let plain = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&#39;", "'");
     plain.replace("&amp;", "&")
 }
@@ -368,7 +368,7 @@ fn runs(text: &str) -> Vec<Run> {
     runs
 }
 
-fn from_base64(text: &str) -> Vec<u8> {
+pub(super) fn from_base64(text: &str) -> Vec<u8> {
     let digit = |c: u8| match c {
         b'A'..=b'Z' => Some(c - b'A'),
         b'a'..=b'z' => Some(c - b'a' + 26),
@@ -408,7 +408,7 @@ mod tests {
         let picture =
             Picture::of(&Image::from_fn(6, 4, |x, y| [x as f32 / 5.0, y as f32 / 3.0, 0.5]), 0.0, 10);
         let label = "(1.2 ± 0.1)×10⁻³".to_owned();
-        montage.push(0, Tile { picture, label, fact: "−0.98 & more".into(), pixelated: true });
+        montage.push(0, Tile { picture, label, fact: "−0.98 & more".into(), ..Tile::default() });
         montage.svg()
     }
 

@@ -175,7 +175,7 @@ fn figure(view: &SceneView, entry: &Entry, rows: &[Row]) -> String {
             let share = cell.share.map_or(String::new(), |share| format!(": {}", percent(share)));
             let label = format!("s={s} t={}{share}", row.length as usize + 1 - s);
             let picture = cell.pictures[0].clone();
-            montage.push(i, Tile { picture, label, fact: String::new(), pixelated: false });
+            montage.push(i, Tile { picture, label, ..Tile::default() });
         }
         montage.name_row(i, &format!("k = {}\n{}", row.length, multiplier(row.stops).join("\n")));
     }

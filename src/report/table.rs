@@ -5,7 +5,7 @@ use super::context::{Context, Entry, SceneView, estimate};
 use super::markup::Markup;
 use super::numbers::significant;
 use super::statistics::{Best, Ratio, best, ratio};
-use crate::experiment::results::{Cell, Estimate, MetricInfo, Run};
+use crate::experiment::results::{Cell, Estimate, MetricInfo};
 
 /// A column of the table.
 struct Column {
@@ -107,18 +107,11 @@ fn values(cell: &Cell, key: &str) -> Vec<f64> {
     cell.runs.iter().map(|r| r.metrics.get(key).copied().unwrap_or(f64::NAN)).collect()
 }
 
-/// MSE · seconds of each run: the reciprocal of its efficiency. The reference's noise is taken off.
-fn costs(cell: &Cell) -> Vec<f64> {
-    let noise = cell.noise("mse");
-    let cost = |r: &Run| (r.metrics.get("mse").copied().unwrap_or(f64::NAN) - noise) * r.seconds;
-    cell.runs.iter().map(cost).collect()
-}
-
 fn efficiency_columns(view: &SceneView) -> Vec<Column> {
     if view.entries.iter().all(|e| e.cell.efficiency.is_none()) {
         return Vec::new();
     }
-    let costs: Vec<Vec<f64>> = view.entries.iter().map(|e| costs(e.cell)).collect();
+    let costs: Vec<Vec<f64>> = view.entries.iter().map(|e| e.cell.costs()).collect();
     let optional = |e: &Entry| e.cell.efficiency.map_or_else(|| "–".into(), |e| estimate(&e));
     let mut out = vec![Column {
         heading: "efficiency".into(),

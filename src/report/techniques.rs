@@ -43,8 +43,14 @@ impl<'a> Row<'a> {
         self.info.map_or("", |i| i.symbol)
     }
 
-    pub fn color(&self) -> &'static str {
-        self.info.map_or("var(--quiet)", |i| i.color)
+    /// Of the technique, where it is known.
+    pub fn color(&self) -> Option<&'static str> {
+        self.info.map(|i| i.color)
+    }
+
+    /// The same for the page.
+    fn ink(&self) -> &'static str {
+        self.color().unwrap_or("var(--quiet)")
     }
 
     pub fn layer(&self, kind: Kind) -> Option<&'a Image> {
@@ -175,7 +181,7 @@ pub(super) fn size_note(view: &SceneView, most: usize) -> String {
 pub(super) fn energy_bar(m: &mut Markup, rows: &[Row]) {
     m.tag("div", &[("class", &"energy-bar"), ("aria-hidden", &true)], |m| {
         for row in rows.iter().filter(|r| r.share.is_finite() && r.share > 0.0) {
-            let style = format!("flex-grow:{:.4};background:{}", row.share, row.color());
+            let style = format!("flex-grow:{:.4};background:{}", row.share, row.ink());
             m.tag("span", &[("style", &style), ("title", &row.label())], |_| {});
         }
     });
@@ -218,7 +224,7 @@ pub(super) fn images_row(
 
 fn caption(m: &mut Markup, row: &Row, kind: Kind) {
     m.tag("b", &[], |m| {
-        let style = format!("background:{}", row.color());
+        let style = format!("background:{}", row.ink());
         m.tag("span", &[("class", &"swatch"), ("style", &style)], |_| {});
         m.text(row.label());
     });
@@ -235,12 +241,13 @@ pub(super) fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[
         picture,
         label: label.to_owned(),
         fact,
-        pixelated: false,
+        ..Tile::default()
     };
     montage.push(0, tile(Picture::of(combined, stops, SIDE), &entry.info.label, String::new()));
     for (line, kind) in shown_kinds(rows).into_iter().enumerate() {
         for row in rows {
             let tile = tile(row.pictures[place(kind)].clone(), row.label(), row.fact(kind));
+            let tile = Tile { bar: row.color(), ..tile };
             montage.push(line + 1, tile);
         }
         montage.name_row(line + 1, ["weighted", "unweighted", "mean weight"][place(kind)]);

@@ -3,6 +3,7 @@
 use super::comparison::{shown, swatch};
 use super::context::{Context, Entry, SceneView, estimate};
 use super::markup::Markup;
+use super::montage::{Montage, Tile};
 use super::numbers::{percent, significant};
 use super::picture::Picture;
 use crate::experiment::results::{Estimate, TechniqueShare};
@@ -28,6 +29,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         return;
     }
     let id = format!("{}-why", view.id);
+    let mut figure = None;
     m.tag("section", &[("id", &id), ("class", &"why")], |m| {
         m.leaf("h3", &[], "Why");
         if !told.is_empty() {
@@ -39,8 +41,10 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
             m.region(&[("class", &"scroll")], &label, |m| m.tag("table", &[], |m| table(m, &told)),
             );
         }
-        spread(m, view, &maps);
+        figure = spread(m, view, &maps);
     });
+    let wanted = context.results.figures.comparison;
+    context.figures.extend(figure.filter(|_| wanted).map(|svg| (format!("{}-spread", view.slug), svg)));
 }
 
 fn table(m: &mut Markup, told: &[&Entry]) {
@@ -112,8 +116,11 @@ fn mean_of(p: &[f32; 3]) -> f32 {
     (p[0] + p[1] + p[2]) / 3.0
 }
 
-/// A row of maps of variance, one of bias, and the variance of each technique, on common scales.
-fn spread(m: &mut Markup, view: &SceneView, maps: &[(&Entry, LayeredImage)]) {
+/// A row of maps of variance, one of bias, and the variance of each technique, on common scales; the first two as a figure
+/// too.
+fn spread(m: &mut Markup, view: &SceneView, maps: &[(&Entry, LayeredImage)]) -> Option<String> {
+    let mut montage = Montage::new(format!("{}: variance and bias", view.scene.label), 170.0);
+    let mut rows = 0;
     for (layer, title, signed) in [
         ("variance", "Variance of a pixel in one run", false),
         ("bias", "Mean over the runs less the reference", true),
@@ -136,11 +143,20 @@ fn spread(m: &mut Markup, view: &SceneView, maps: &[(&Entry, LayeredImage)]) {
             let exr = entry.cell.files.statistics_exr.clone().unwrap_or_default();
             (entry.info.label.clone(), fact, Picture::of_map(map, scale, SIDE), exr, layer.to_owned())
         });
-        row(m, view, title, columns.collect());
+        let columns: Vec<Column> = columns.collect();
+        for (label, fact, picture, ..) in &columns {
+            let (label, fact, picture) = (label.clone(), fact.clone(), picture.clone());
+            montage.push(rows, Tile { picture, label, fact, ..Tile::default() });
+        }
+        let lines = range.replace(", ", ",\n");
+        montage.name_row(rows, &format!("{}\n{lines}", if signed { "bias" } else { "variance" }));
+        rows += 1;
+        row(m, view, title, columns);
     }
     for (entry, file) in maps {
         techniques(m, view, entry, file);
     }
+    (rows > 0).then(|| montage.svg())
 }
 
 /// The variance that each technique's image has, pixel by pixel; folded.
