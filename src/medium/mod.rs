@@ -98,6 +98,25 @@ impl Medium {
         }
     }
 
+    /// [`Self::invert`] from 0 to `t1`, and the [`Self::optical_depth`] up to there, or over all of it where it ends before that.
+    #[inline]
+    pub fn fly(
+        &self,
+        origin: Vec3A,
+        dir: Vec3A,
+        t1: f32,
+        channel: usize,
+        depth: f32,
+    ) -> (Result<f32, f32>, Rgb) {
+        match self {
+            Self::Homogeneous(m) => {
+                let end = m.invert(origin, dir, 0.0, t1, channel, depth);
+                (end, m.optical_depth(origin, dir, 0.0, end.unwrap_or(t1)))
+            }
+            Self::Varying(m) => m.fly(origin, dir, t1, channel, depth),
+        }
+    }
+
     /// Where on `origin` + t·`dir`, 0 < t < `t1`, the depth has reached `depth` in all channels, or beyond which there is
     /// nothing any more; `t1` where that is not before it.
     #[inline]

@@ -215,6 +215,37 @@ impl Varying {
         }
     }
 
+    /// See [`super::Medium::fly`]: where a grid is crossed, once for both.
+    #[inline]
+    pub(super) fn fly(
+        &self,
+        origin: Vec3A,
+        dir: Vec3A,
+        t1: f32,
+        channel: usize,
+        depth: f32,
+    ) -> (Result<f32, f32>, Rgb) {
+        let wanted = f64::from(depth);
+        let left = |passed: f64| (wanted - passed).max(0.0) as f32;
+        match &self.extinction {
+            Extinction::Colored(grid) => match grid.advance(origin, dir, 0.0, t1, channel, wanted) {
+                Ok((t, sum)) => (Ok(t), sum.as_vec3a()),
+                Err(sum) => (Err(left(sum[channel])), sum.as_vec3a()),
+            },
+            Extinction::Scaled(Density::Grid(grid), sigma_t) if sigma_t[channel] > 0.0 => {
+                let sigma = f64::from(sigma_t[channel]);
+                match grid.advance(origin, dir, 0.0, t1, channel, wanted / sigma) {
+                    Ok((t, sum)) => (Ok(t), *sigma_t * sum as f32),
+                    Err(sum) => (Err(left(sigma * sum)), *sigma_t * sum as f32),
+                }
+            }
+            Extinction::Scaled(..) => {
+                let end = self.invert(origin, dir, 0.0, t1, channel, depth);
+                (end, self.optical_depth(origin, dir, 0.0, end.unwrap_or(t1)))
+            }
+        }
+    }
+
     /// Where the depth of every channel has reached `depth`, or where nothing comes any more; at most `t1`.
     pub(super) fn reach(&self, origin: Vec3A, dir: Vec3A, t1: f32, depth: f32) -> f32 {
         let end = match &self.extinction {

@@ -100,9 +100,10 @@ impl Scene {
     fn fly_to_wall(&self, ray: &Ray, inside: Inside, draw: Draw) -> Arrival {
         let index = self.solids.medium(&inside);
         let medium = self.media.get(index as usize);
-        let collision = medium
+        let flight = medium
             .filter(|m| m.scatters())
-            .and_then(|m| m.invert(ray.origin, ray.dir, 0.0, f32::INFINITY, draw.channel, draw.depth).ok());
+            .map(|m| m.fly(ray.origin, ray.dir, f32::INFINITY, draw.channel, draw.depth));
+        let collision = flight.and_then(|(end, _)| end.ok());
         let reach = collision.unwrap_or(f32::INFINITY);
         let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
         let distance = wall.map_or(reach, |hit| hit.t);
@@ -114,9 +115,12 @@ impl Scene {
             }
             (None, ..) => End::Open,
         };
-        let passage = match medium {
-            Some(m) => Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, distance), m.scatters()),
-            None => Passage::CLEAR,
+        let passage = match (medium, flight) {
+            (Some(_), Some((_, depth))) if wall.is_none() => Passage::CLEAR.then(depth, true),
+            (Some(m), _) => {
+                Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, distance), m.scatters())
+            }
+            (None, _) => Passage::CLEAR,
         };
         Arrival { end, distance, passage, inside }
     }
@@ -148,17 +152,22 @@ impl Scene {
             let limit = boundary.map_or(f32::INFINITY, |h| h.t);
             let medium = self.medium_within(&inside);
             let mut collision = None;
+            // To the collision or to the boundary.
+            let mut flown = None;
             if let Some(medium) = medium.filter(|m| m.scatters()) {
-                match medium.invert(segment.origin, dir, 0.0, limit, draw.channel, draw.depth) {
+                let (end, depth) = medium.fly(segment.origin, dir, limit, draw.channel, draw.depth);
+                flown = Some(depth);
+                match end {
                     Ok(t) => collision = Some(t),
                     Err(left) => draw.depth = left,
                 }
             }
             let reach = collision.unwrap_or(limit * WALL_FIRST);
             let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
-            let through = |t: f32| match medium {
-                Some(m) => passage.then(m.optical_depth(segment.origin, dir, 0.0, t), m.scatters()),
-                None => passage,
+            let through = |t: f32| match (medium, flown) {
+                (Some(_), Some(depth)) if wall.is_none() => passage.then(depth, true),
+                (Some(m), _) => passage.then(m.optical_depth(segment.origin, dir, 0.0, t), m.scatters()),
+                (None, _) => passage,
             };
             let arrive =
                 |end: End, t: f32| Arrival { end, distance: passed + t, passage: through(t), inside };

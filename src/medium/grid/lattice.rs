@@ -19,8 +19,9 @@ pub enum Interpolation {
 
 /// Cells along the side of a block that is skipped where it is empty.
 pub(super) const BLOCK: f32 = 8.0;
-/// Values along the side of a brick.
-const BRICK: usize = 4;
+/// Values along the side of a brick, and of a brick of bricks: a line of a cache has a layer of the former, and the latter is four
+/// pages of memory.
+const BRICKS: [usize; 2] = [4, 16];
 /// Grids of no more values than this are kept row by row: they are in the cache as they are.
 const SMALL: usize = 1 << 15;
 /// Nor are others in bricks that take more than this times their room: flat ones, say.
@@ -40,6 +41,42 @@ pub struct Lattice<T> {
     pub(super) last: Vec3A,
     /// The last block, and how blocks are counted.
     pub(super) last_block: Vec3A,
+}
+
+/// In which order values are kept: in bricks, bricks of bricks, or row by row.
+struct Order {
+    /// Sides of the bricks that there are, each a multiple of the one before.
+    sides: &'static [usize],
+    /// How many of the largest there are along each axis.
+    count: [usize; 3],
+}
+
+impl Order {
+    fn of(n: [usize; 3]) -> Self {
+        let whole: usize = n.iter().product();
+        let filled_up = |side: usize| n.iter().map(|n| n.next_multiple_of(side)).product::<usize>();
+        let pays = |side: &usize| whole > SMALL && filled_up(*side) as f64 <= MOST_FILLED_UP * whole as f64;
+        let sides = &BRICKS[..BRICKS.iter().take_while(|side| pays(side)).count()];
+        let largest = sides.last().copied().unwrap_or(1);
+        Self { sides, count: n.map(|n| n.div_ceil(largest)) }
+    }
+
+    /// Values that there is room for.
+    fn room(&self) -> usize {
+        self.count.iter().product::<usize>() * self.sides.last().map_or(1, |side| side.pow(3))
+    }
+
+    /// What the index `i` on an axis adds to a value's place.
+    fn place(&self, axis: usize, i: usize) -> usize {
+        let (mut place, mut below) = (0, 1usize);
+        for side in self.sides {
+            let across = side / below;
+            place += i % side / below * below.pow(3) * across.pow(axis as u32);
+            below = *side;
+        }
+        let outer = [1, self.count[0], self.count[0] * self.count[1]];
+        place + i / below * below.pow(3) * outer[axis]
+    }
 }
 
 impl<T: Texel> Lattice<T> {
@@ -90,27 +127,20 @@ impl<T: Texel> Lattice<T> {
 
     fn store(size: UVec3, numbers: &[f32], interpolation: Interpolation) -> Self {
         let n = size.to_array().map(|n| n as usize);
-        let whole: usize = n.iter().product();
-        let filled_up: usize = n.iter().map(|n| n.next_multiple_of(BRICK)).product();
-        let bricks_pay = whole > SMALL && filled_up as f64 <= MOST_FILLED_UP * whole as f64;
-        let brick = if bricks_pay { BRICK } else { 1 };
-        let bricks = n.map(|n| n.div_ceil(brick));
-        // How far on the next brick and the next value in a brick are.
-        let strides = [1, bricks[0], bricks[0] * bricks[1]].map(|s| s * brick.pow(3));
-        let within = [1, brick, brick * brick];
-        let place = |axis: usize, i: usize| (i / brick) * strides[axis] + (i % brick) * within[axis];
-        let mut values = vec![T::ZERO; bricks[0] * bricks[1] * bricks[2] * brick.pow(3)];
+        let order = Order::of(n);
+        let at: [Vec<u32>; 3] =
+            std::array::from_fn(|axis| (0..n[axis]).map(|i| order.place(axis, i) as u32).collect());
+        let mut values = vec![T::ZERO; order.room()];
         for (i, value) in numbers.chunks_exact(T::CHANNELS).enumerate() {
             let (x, y, z) = (i % n[0], i / n[0] % n[1], i / n[0] / n[1]);
-            values[place(0, x) + place(1, y) + place(2, z)] = T::of(value);
+            values[(at[0][x] + at[1][y] + at[2][z]) as usize] = T::of(value);
         }
-        let places = std::array::from_fn(|axis| match interpolation {
-            Interpolation::Constant => {
-                (0..=n[axis]).map(|c| place(axis, c.min(n[axis] - 1)) as u32).collect()
+        let places = at.map(|at| {
+            let (first, last) = (at[0], at[at.len() - 1]);
+            match interpolation {
+                Interpolation::Constant => at.into_iter().chain([last]).collect(),
+                Interpolation::Trilinear => std::iter::once(first).chain(at).chain([last]).collect(),
             }
-            Interpolation::Trilinear => (0..n[axis] + 2)
-                .map(|corner| place(axis, corner.saturating_sub(1).min(n[axis] - 1)) as u32)
-                .collect(),
         });
         let last = match interpolation {
             Interpolation::Constant => size.as_vec3a() - 1.0,

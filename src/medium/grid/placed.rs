@@ -142,6 +142,23 @@ impl<T: Texel> Placed<T> {
         channel: usize,
         target: f64,
     ) -> Result<f32, T::Sum> {
+        self.advance(origin, dir, t0, t1, channel, target).map(|(t, _)| t)
+    }
+
+    /// [`Self::invert`], with the integral from `t0` to where that is, as [`Self::integral`] has it.
+    ///
+    /// # Errors
+    /// Where the target is not reached, the integral over all of the stretch.
+    #[inline]
+    pub fn advance(
+        &self,
+        origin: Vec3A,
+        dir: Vec3A,
+        t0: f32,
+        t1: f32,
+        channel: usize,
+        target: f64,
+    ) -> Result<(f32, T::Sum), T::Sum> {
         let Some(span) = self.span(origin, dir, t0, t1) else { return Err(T::EMPTY) };
         let mut sum = T::EMPTY;
         let mut found = None;
@@ -159,7 +176,7 @@ impl<T: Texel> Placed<T> {
             Interpolation::Constant => span.march(lattice, |cell, a, b| {
                 let term = lattice.voxel(cell).wide() * (b - a);
                 let Some((rest, own)) = wanted(term) else { return ControlFlow::Continue(()) };
-                found = Some((a + (b - a) * (rest / own)).min(b));
+                found = Some((cell, a, (a + (b - a) * (rest / own)).min(b)));
                 ControlFlow::Break(())
             }),
             Interpolation::Trilinear => span.march(lattice, |cell, a, b| {
@@ -169,16 +186,25 @@ impl<T: Texel> Placed<T> {
                 };
                 let integral = |b: f32| T::channel(gauss(&corners, &span, cell, a, b), channel);
                 let value = |s: f32| T::channel(T::mean(&corners, span.within(cell, s)), channel);
-                found = Some(solve((a, b), rest, own, integral, value));
+                found = Some((cell, a, solve((a, b), rest, own, integral, value)));
                 ControlFlow::Break(())
             }),
         }
-        let Some(s) = found else { return Err(sum) };
+        let Some((cell, a, s)) = found else { return Err(sum) };
         // Rounded down: never beyond the depth that was asked for, and never out of the stretch.
         let t = span.start + f64::from(s);
         let rounded = t as f32;
         let rounded = if f64::from(rounded) > t { rounded.next_down() } else { rounded };
-        Ok(rounded.max(t0).min(t1.next_down()))
+        let rounded = rounded.max(t0).min(t1.next_down());
+        let s = (f64::from(rounded) - span.start) as f32;
+        if s > a {
+            let last = match lattice.interpolation() {
+                Interpolation::Constant => lattice.voxel(cell).wide() * (s - a),
+                Interpolation::Trilinear => gauss(&lattice.corners(cell), &span, cell, a, s),
+            };
+            sum = T::add(sum, last);
+        }
+        Ok((rounded, sum))
     }
 
     /// Shows `mark` the integrals from 0 to `length` i/`parts` of `origin` + t·`dir`, for i from 1 to `parts` − 1.

@@ -281,6 +281,8 @@ proptest! {
             Ok(t) => {
                 prop_assert!(t >= t0 && t < t1 && target < whole * (1.0 + 1e-12));
                 let found = grid.integral(line.origin, line.dir, t0, t);
+                let (same, sum) = grid.advance(line.origin, line.dir, t0, t1, 0, target).expect("it is reached");
+                prop_assert!(same == t && (sum - found).abs() <= 2e-6 * found + 2e-6, "{sum} {found}");
                 // One step of t is worth as much.
                 let step = 5.0 * f64::from(t.next_up() - t);
                 prop_assert!((found - target).abs() <= 3e-6 * target + 2.0 * step, "{found} {target}");
