@@ -5,6 +5,7 @@
 //! of each axis only half is in it, and both its ends have the same value.
 
 use super::texel::Texel;
+use crate::math::prefetch;
 use glam::{DVec3, UVec3, Vec3A};
 
 /// What is between the values of a grid.
@@ -42,6 +43,9 @@ pub struct Lattice<T> {
     /// The last block, and how blocks are counted.
     pub(super) last_block: Vec3A,
 }
+
+/// Bytes that are near in any case.
+const CACHED: usize = 1 << 20;
 
 /// In which order values are kept: in bricks, bricks of bricks, or row by row.
 struct Order {
@@ -224,6 +228,17 @@ impl<T: Texel> Lattice<T> {
         // Whole numbers well below 2²⁴ along an axis; the sum may be above.
         let [x, y, z] = block.to_array().map(|b| b as usize);
         self.occupied[x + n.x as usize * (y + n.y as usize * z)]
+    }
+
+    /// Asks for the values of the cell that holds the point `p`, which a ray will come to. Grids that a cache holds do
+    /// without.
+    #[inline(always)]
+    pub(super) fn ask_for(&self, p: Vec3A) {
+        if self.values.len() * size_of::<T>() > CACHED {
+            let [x, y, z] = p.clamp(Vec3A::ZERO, self.last).to_array().map(|c| c as usize);
+            let place = self.places[0][x] + self.places[1][y] + self.places[2][z];
+            prefetch(&self.values, place as usize);
+        }
     }
 
     /// The value of a cell where values are constant.

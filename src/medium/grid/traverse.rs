@@ -5,6 +5,9 @@ use super::texel::Texel;
 use glam::{BVec3A, DVec3, Vec3A};
 use std::ops::ControlFlow;
 
+/// So far ahead, in cells, values are asked for: as long as they take to come.
+const AHEAD: f32 = 8.0;
+
 /// The part of a ray that is in a grid's box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
@@ -14,6 +17,8 @@ pub(super) struct Span {
     dir: Vec3A,
     inverse: Vec3A,
     moving: BVec3A,
+    /// How far it goes in [`AHEAD`] cells or so (metres).
+    soon: f32,
     /// From a cell's number to the plane that the ray leaves it by.
     ahead: Vec3A,
     /// From a cell's number to the next one's.
@@ -53,7 +58,8 @@ impl Span {
         let forward = dir.cmpgt(zero);
         let ahead = Vec3A::select(forward, Vec3A::ONE, zero);
         let step = Vec3A::select(moving, Vec3A::select(forward, Vec3A::ONE, -Vec3A::ONE), zero);
-        Some(Self { base, dir, inverse, moving, ahead, step, start: enter, end })
+        let soon = AHEAD * dir.length_recip();
+        Some(Self { base, dir, inverse, moving, soon, ahead, step, start: enter, end })
     }
 
     /// Where the ray crosses the planes at `coordinates`.
@@ -92,6 +98,7 @@ impl Span {
                         let planes = self.planes(cell + self.ahead);
                         let next = planes.min_element().min(exit);
                         if next > s {
+                            lattice.ask_for(self.base + self.dir * (s + self.soon));
                             if visit(cell, s, next).is_break() {
                                 return;
                             }
