@@ -187,6 +187,7 @@ impl Maker<'_> {
             sum.add(&block);
             // Blocks that were rendered ahead.
             self.add_blocks(&making.dir, sum)?;
+            self.observer.advance(sum.iterations, sum.seconds);
         }
         Ok(())
     }
