@@ -436,6 +436,7 @@ fn the_experiments_of_the_project_can_be_read() {
             "quickstart",
             "smallupbp-still-life",
             "upbp-still-life",
+            "upbp-vs-singles",
             "vcm"
         ]
     );
