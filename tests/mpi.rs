@@ -119,7 +119,7 @@ fn kill_one(bench: &Bench, ranks: u32, victim: usize, blocks: usize, line: &str)
 fn a_rank_that_is_killed_ends_the_run_and_it_goes_on_to_the_same_bits() {
     let bench = Bench::new();
     let changes =
-        "--set budget.spp=3000 --set reference.spp=64 --set runs=2 --set estimator.pt.budget={spp=9}";
+        "--set budget.spp=9000 --set reference.spp=64 --set runs=2 --set estimator.pt.budget={spp=9}";
     bench.succeed(&format!("run experiment.toml {changes} --out one/r"));
     let line = format!("run experiment.toml {changes} --out killed/r");
     for (ranks, victim, blocks) in [(4, 2, 2), (2, 1, 2), (2, 0, 1)] {
