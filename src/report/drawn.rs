@@ -2,6 +2,7 @@
 //!
 //! As [`super::pdf`] it reads the SVG that this report writes. Letters are outlines of Ubuntu Light.
 
+use super::path::{Step, steps};
 use super::pdf::{Element, RAISED, elements, from_base64, unescaped, view};
 use std::sync::LazyLock;
 use tiny_skia::{
@@ -217,36 +218,25 @@ fn shrunk(image: &Pixmap, factor: u32) -> Option<Pixmap> {
     Some(small)
 }
 
-/// Path data of straight lines and of half circles.
+/// Path data.
 fn path(d: &str) -> Option<Path> {
-    /// Distance of the control points of a quarter of a circle, in radii.
-    const KAPPA: f32 = 0.552_284_8;
     let mut out = PathBuilder::new();
-    let (mut x, mut y) = (0.0f32, 0.0f32);
-    let starts: Vec<usize> =
-        d.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(i, _)| i).collect();
-    for (n, start) in starts.iter().enumerate() {
-        let piece = &d[*start..starts.get(n + 1).copied().unwrap_or(d.len())];
-        let numbers: Vec<f32> = piece[1..].split([' ', ',']).filter_map(|v| v.parse().ok()).collect();
-        match (&piece[..1], &numbers[..]) {
-            ("M", [a, b]) => {
-                (x, y) = (*a, *b);
+    let near = |p: [f64; 2]| p.map(|v| v as f32);
+    for step in steps(d) {
+        match step {
+            Step::Move(p) => {
+                let [x, y] = near(p);
                 out.move_to(x, y);
             }
-            ("L", [a, b]) => {
-                (x, y) = (*a, *b);
+            Step::Line(p) => {
+                let [x, y] = near(p);
                 out.line_to(x, y);
             }
-            ("a", [_, _, _, _, _, dx, _]) => {
-                // Half a circle, by two quarters.
-                let (r, k) = (0.5 * dx, 0.5 * KAPPA * dx);
-                let (cx, low) = (x + r, y + r);
-                out.cubic_to(x, y + k, cx - k, low, cx, low);
-                x += dx;
-                out.cubic_to(cx + k, low, x, y + k, x, y);
+            Step::Curve(points) => {
+                let [[ax, ay], [bx, by], [x, y]] = points.map(near);
+                out.cubic_to(ax, ay, bx, by, x, y);
             }
-            ("Z", _) => out.close(),
-            _ => {}
+            Step::Close => out.close(),
         }
     }
     out.finish()

@@ -32,6 +32,7 @@ mod montage;
 mod numbers;
 mod page;
 mod palette;
+mod path;
 mod pdf;
 mod picture;
 mod plot;

@@ -3,6 +3,7 @@
 //! It reads the SVG that this report writes, which uses a handful of elements: `rect`, `line`, `path`, `text` and `image`. Text is set in
 //! Helvetica, which every reader of PDF has; characters that its encoding lacks are put together from others.
 
+use super::path::{Step, steps};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use std::collections::BTreeMap;
@@ -15,8 +16,6 @@ const CENTIMETRE: f64 = 72.0 / 2.54;
 const PIXEL: f64 = 0.75;
 /// Share of a letter's size that a raised one has, and by how much it is raised.
 pub(super) const RAISED: [f64; 2] = [0.65, 0.36];
-/// Distance of the control points of a quarter of a circle, in radii.
-const KAPPA: f64 = 0.552_284_75;
 
 /// Widths of the characters from the space to `~` in Helvetica, in thousandths of the size.
 #[rustfmt::skip]
@@ -282,35 +281,18 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("writing into memory does not fail")
 }
 
-/// Path data of straight lines and of half circles as operators.
+/// Path data as operators.
 fn path(d: &str) -> String {
     let mut out = String::new();
-    let (mut x, mut y) = (0.0, 0.0);
-    let starts: Vec<usize> =
-        d.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(i, _)| i).collect();
-    for (n, start) in starts.iter().enumerate() {
-        let piece = &d[*start..starts.get(n + 1).copied().unwrap_or(d.len())];
-        let numbers: Vec<f64> = piece[1..].split([' ', ',']).filter_map(|v| v.parse().ok()).collect();
-        match (&piece[..1], &numbers[..]) {
-            ("M", [a, b]) => {
-                (x, y) = (*a, *b);
-                let _ = write!(out, "{x:.2} {y:.2} m ");
+    for step in steps(d) {
+        let _ = match step {
+            Step::Move([x, y]) => write!(out, "{x:.2} {y:.2} m "),
+            Step::Line([x, y]) => write!(out, "{x:.2} {y:.2} l "),
+            Step::Curve([[ax, ay], [bx, by], [x, y]]) => {
+                write!(out, "{ax:.2} {ay:.2} {bx:.2} {by:.2} {x:.2} {y:.2} c ")
             }
-            ("L", [a, b]) => {
-                (x, y) = (*a, *b);
-                let _ = write!(out, "{x:.2} {y:.2} l ");
-            }
-            ("a", [_, _, _, _, _, dx, _]) => {
-                // Half a circle, by two quarters.
-                let (r, k) = (0.5 * dx, 0.5 * KAPPA * dx);
-                let (cx, low) = (x + r, y + r);
-                let _ = write!(out, "{x:.2} {:.2} {:.2} {low:.2} {cx:.2} {low:.2} c ", y + k, cx - k);
-                x += dx;
-                let _ = write!(out, "{:.2} {low:.2} {x:.2} {:.2} {x:.2} {y:.2} c ", cx + k, y + k);
-            }
-            ("Z", _) => out.push_str("h "),
-            _ => {}
-        }
+            Step::Close => write!(out, "h "),
+        };
     }
     out
 }
