@@ -11,6 +11,7 @@ use super::run::{alone, open, show};
 use super::session::{Ending, STOPPED, pool, stop_saying};
 use crate::error::{Error, Result};
 use crate::experiment::handout::{Hand, Handout, Next, Task};
+use crate::experiment::machine::{processors, usable};
 use crate::experiment::plan::Plan;
 use crate::experiment::run::{self, Options, Part, load_scenes};
 use crate::experiment::store::{FOLDER, SceneKey, lock};
@@ -114,7 +115,7 @@ struct Crew {
 impl Crew {
     fn new(args: &RunArgs, world: &SimpleCommunicator) -> Result<Self> {
         let node = world.split_shared(world.rank());
-        let mine = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let mine = usable();
         // mpirun may have bound this rank to some of them; else they are shared out.
         let threads =
             args.of.threads.unwrap_or_else(|| mine.min((processors() / node.size() as usize).max(1)));
@@ -133,13 +134,6 @@ impl Crew {
         };
         Ok(Self { shared, whole, place })
     }
-}
-
-/// Processors of this machine, whichever of them this process may use.
-fn processors() -> usize {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let count = info.lines().filter(|l| l.starts_with("processor")).count();
-    if count > 0 { count } else { std::thread::available_parallelism().map_or(1, std::num::NonZero::get) }
 }
 
 /// The experiment as every rank loads it.

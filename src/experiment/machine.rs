@@ -5,12 +5,29 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// This computer, with as many threads as the current pool has.
 pub fn machine() -> Machine {
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    Machine { cpu: cpu(), cores, threads: rayon::current_num_threads() }
+    Machine { cpu: cpu(), cores: usable(), threads: rayon::current_num_threads() }
+}
+
+/// Processors that this process may use.
+pub fn usable() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Processors of this computer, whichever of them this process may use.
+pub fn processors() -> usize {
+    match info().lines().filter(|l| l.starts_with("processor")).count() {
+        0 => usable(),
+        count => count,
+    }
+}
+
+/// What Linux tells of the processors; nothing elsewhere.
+fn info() -> String {
+    std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default()
 }
 
 fn cpu() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let info = info();
     let value = |key: &str| {
         let line = info.lines().find(|l| l.starts_with(key))?;
         line.split_once(':').map(|(_, v)| v.trim().to_owned()).filter(|v| !v.is_empty())
@@ -67,5 +84,6 @@ mod tests {
     fn the_machine_has_a_name_and_cores() {
         let machine = machine();
         assert!(!machine.cpu.is_empty() && machine.cores > 0 && machine.threads > 0);
+        assert!(processors() >= machine.cores);
     }
 }
