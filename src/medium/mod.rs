@@ -113,7 +113,7 @@ impl Medium {
                 let end = m.invert(origin, dir, 0.0, t1, channel, depth);
                 (end, m.optical_depth(origin, dir, 0.0, end.unwrap_or(t1)))
             }
-            Self::Varying(m) => m.fly(origin, dir, t1, channel, depth),
+            Self::Varying(m) => m.fly(origin, dir, 0.0, t1, channel, depth),
         }
     }
 

@@ -192,56 +192,46 @@ impl Varying {
         channel: usize,
         depth: f32,
     ) -> Result<f32, f32> {
-        if t0 >= t1 {
-            return Err(depth);
-        }
-        let wanted = f64::from(depth);
-        let left = |passed: f64| (wanted - passed).max(0.0) as f32;
-        match &self.extinction {
-            Extinction::Colored(grid) => {
-                grid.invert(origin, dir, t0, t1, channel, wanted).map_err(|sum| left(sum[channel]))
-            }
-            Extinction::Scaled(density, sigma_t) => {
-                let sigma = f64::from(sigma_t[channel]);
-                if sigma == 0.0 {
-                    return Err(depth);
-                }
-                match density {
-                    Density::Grid(grid) => grid.invert(origin, dir, t0, t1, channel, wanted / sigma),
-                    Density::Height(fog) => fog.invert(origin, dir, t0, t1, wanted / sigma),
-                }
-                .map_err(|sum| left(sigma * sum))
-            }
-        }
+        self.fly(origin, dir, t0, t1, channel, depth).0
     }
 
-    /// See [`super::Medium::fly`]: where a grid is crossed, once for both.
+    /// [`Self::invert`], and the depth from `t0` to there, or over all of it: a grid is crossed once for both.
     #[inline]
     pub(super) fn fly(
         &self,
         origin: Vec3A,
         dir: Vec3A,
+        t0: f32,
         t1: f32,
         channel: usize,
         depth: f32,
     ) -> (Result<f32, f32>, Rgb) {
+        if t0 >= t1 {
+            return (Err(depth), Rgb::ZERO);
+        }
         let wanted = f64::from(depth);
         let left = |passed: f64| (wanted - passed).max(0.0) as f32;
         match &self.extinction {
-            Extinction::Colored(grid) => match grid.advance(origin, dir, 0.0, t1, channel, wanted) {
+            Extinction::Colored(grid) => match grid.advance(origin, dir, t0, t1, channel, wanted) {
                 Ok((t, sum)) => (Ok(t), sum.as_vec3a()),
                 Err(sum) => (Err(left(sum[channel])), sum.as_vec3a()),
             },
             Extinction::Scaled(Density::Grid(grid), sigma_t) if sigma_t[channel] > 0.0 => {
                 let sigma = f64::from(sigma_t[channel]);
-                match grid.advance(origin, dir, 0.0, t1, channel, wanted / sigma) {
+                match grid.advance(origin, dir, t0, t1, channel, wanted / sigma) {
                     Ok((t, sum)) => (Ok(t), *sigma_t * sum as f32),
                     Err(sum) => (Err(left(sigma * sum)), *sigma_t * sum as f32),
                 }
             }
-            Extinction::Scaled(..) => {
-                let end = self.invert(origin, dir, 0.0, t1, channel, depth);
-                (end, self.optical_depth(origin, dir, 0.0, end.unwrap_or(t1)))
+            Extinction::Scaled(density, sigma_t) => {
+                let sigma = f64::from(sigma_t[channel]);
+                let end = match density {
+                    Density::Height(fog) if sigma > 0.0 => {
+                        fog.invert(origin, dir, t0, t1, wanted / sigma).map_err(|sum| left(sigma * sum))
+                    }
+                    _ => Err(depth),
+                };
+                (end, self.optical_depth(origin, dir, t0, end.unwrap_or(t1)))
             }
         }
     }

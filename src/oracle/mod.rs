@@ -230,7 +230,7 @@ fn in_medium(scene: &Scene, pass: &Pass, collision: &Collision, wl: Vec3A, wc: V
     let coefficients = collision.coefficients;
     let (forward, phase) = medium.phase_densities(collision.p, wl, wc);
     // Camera subpaths go on more rarely where something merges in media.
-    let most = pass.thinning.continuations.get(collision.medium as usize).copied().unwrap_or(1.0);
+    let most = pass.thinning.continuation(collision.medium);
     // What a camera subpath samples is the value itself.
     let light = f64::from(forward) * f64::from(medium.continuation(&coefficients));
     let camera = f64::from(phase) * f64::from(medium.continuation(&coefficients).min(most));
