@@ -84,6 +84,7 @@ fn a_pixel_is_explained() {
         "iteration",
         "Number 1, iteration",
         "x_0   light",
+        "weight by the\n",
         "recursion",
         "oracle",
     ] {

@@ -94,6 +94,12 @@ const CASES: &[Case] = &[
     case(FILM, "height = 48\nheight = 48", 4, &["duplicate key"]),
     case("width = 64", "widht = 64", 2, &["unknown key `widht`", "`crop`", "did you mean `width`?"]),
     case(SPHERE, "sphere = { radius = 1, centre = [0, 0, 0] }", 19, &["`centre`", "did you mean `center`?"]),
+    case(
+        "material = \"gold\"",
+        "medium = \"gold\"",
+        20,
+        &["unknown key `medium`", "did you mean `interior`?"],
+    ),
     case(SPHERE, "spere = { radius = 1 }", 19, &["unknown key `spere`", "did you mean `sphere`?"]),
     case(WHITE, "difuse = {}", 13, &["unknown key `difuse`", "`dielectric`", "did you mean `diffuse`?"]),
     case(SCALE, "{ scael = 2 }", 21, &["unknown key `scael`", "`look_at`", "did you mean `scale`?"]),
@@ -440,7 +446,8 @@ fn starts() -> Vec<(PathBuf, String)> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 600,
+        // TYNDALL_STUDY=1 runs a hundred times as many.
+        cases: if std::env::var_os("TYNDALL_STUDY").is_some() { 60_000 } else { 600 },
         failure_persistence: None,
         rng_seed: RngSeed::Fixed(20),
         ..ProptestConfig::default()

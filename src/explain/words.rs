@@ -127,8 +127,8 @@ fn weights(traced: &Traced, all: &[Candidate], text: &mut String) {
     let segments = traced.path.interior.len() + 1;
     let _ = writeln!(
         text,
-        "\n  {:<10} {:<16} {:>14} {:>12} {:>12} {:>12}",
-        "technique", "", "density", "recursion", "oracle", "renderer"
+        "\n{:<44} {:>25}\n  {:<10} {:<16} {:>14} {:>12} {:>12} {:>12}",
+        "", "weight by the", "technique", "", "density", "recursion", "oracle", "renderer"
     );
     for candidate in all {
         let (technique, place) = name(candidate.made_by, segments);

@@ -176,7 +176,7 @@ fn encoded(compression: Compression) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(crate::math::testing::fuzz(300))]
 
     #[test]
     fn mutated_files_never_panic(

@@ -5,6 +5,7 @@
 
 use super::{Frame, Stream, StreamKind};
 use glam::Vec3A;
+use proptest::test_runner::{Config, RngSeed};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
@@ -19,6 +20,18 @@ pub fn significance() -> f64 {
 /// The tests' stream number `index`.
 pub fn stream(index: u64) -> Stream {
     Stream::new(2024, 0, StreamKind::Other, index)
+}
+
+/// How a parser is fed with spoilt files: always with the same `cases`, and with a hundred times as many where
+/// `TYNDALL_STUDY` is set.
+pub fn fuzz(cases: u32) -> Config {
+    let study = std::env::var_os("TYNDALL_STUDY").is_some();
+    Config {
+        cases: if study { 100 * cases } else { cases },
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(2024),
+        ..Config::default()
+    }
 }
 
 /// Pearson's test of counts against expected counts; cells that expect fewer than 10 are pooled.

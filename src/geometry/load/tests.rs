@@ -194,7 +194,7 @@ fn assert_sound(mesh: Result<TriangleMesh, Error>) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(crate::math::testing::fuzz(1500))]
 
     #[test]
     fn mutilated_obj_never_panics(bytes in mutilated(cube_obj())) {

@@ -163,7 +163,7 @@ fn spoilt() -> impl Strategy<Value = (usize, Vec<(prop::sample::Index, u8)>, Opt
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(crate::math::testing::fuzz(200))]
     /// Whatever is in a file, it is a grid or an error.
     #[test]
     fn no_file_panics((which, changes, cut) in spoilt()) {

@@ -166,6 +166,16 @@ fn in_words(message: &str) -> String {
     message
 }
 
+/// What others call a key, or what one expects it to be called, and what it is called here: no typing error would lead
+/// from one to the other.
+const OTHER_WORDS: [(&str, &str); 5] = [
+    ("medium", "interior"),
+    ("bsdf", "material"),
+    ("position", "origin"),
+    ("look_at", "target"),
+    ("max_depth", "max_length"),
+];
+
 /// "unknown key `x`, expected `a` or `b`": the known name nearest to `x`.
 fn nearest_of_message(message: &str) -> Option<&str> {
     if !(message.starts_with("unknown key `") || message.starts_with("unknown variant `")) {
@@ -174,7 +184,9 @@ fn nearest_of_message(message: &str) -> Option<&str> {
     // The parts between backticks: the unknown name first, the known ones after it.
     let mut quoted = message.split('`').skip(1).step_by(2);
     let name = quoted.next()?;
-    nearest(name, quoted)
+    let called = OTHER_WORDS.iter().filter(|(theirs, _)| *theirs == name);
+    let known = |ours: &str| quoted.clone().find(|k| *k == ours);
+    called.filter_map(|(_, ours)| known(ours)).next().or_else(|| nearest(name, quoted.clone()))
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(crate::math::testing::fuzz(2000))]
 
         #[test]
         fn numbers_come_back_as_they_were(bits in any::<u32>()) {

@@ -65,7 +65,10 @@ impl Translator<'_> {
             let near = sensor.number_or("near_clip", 0.01)?;
             self.document.warn(
                 &sensor.place,
-                format!("the medium about the camera begins at the lens; Mitsuba leaves the first {near} of it out (`near_clip`)"),
+                format!(
+                    "the medium about the camera begins at the lens; Mitsuba leaves the first {near} of it out (`near_clip`), \
+                     which makes its picture brighter: by exp({near} sigma_t) where the light comes from behind that"
+                ),
             );
         }
         if sensor.property("srf").is_some() {
