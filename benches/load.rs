@@ -1,4 +1,5 @@
-//! A large OBJ: time to read the file, and to have its mesh.
+//! A large OBJ: time to read the file, to parse it word by word on one thread and keep nothing but numbers, to have its
+//! mesh, to have a tree of it, and to see that it is open; and the most memory that was held.
 //!
 //!     cargo bench --bench load
 //!
@@ -6,7 +7,7 @@
 
 use std::io::Write;
 use std::time::Instant;
-use tyndall::geometry::TriangleMesh;
+use tyndall::geometry::{Geometry, ShapeDesc, ShapeStats, TriangleMesh};
 
 fn main() {
     let faces: usize = std::env::var("TYNDALL_FACES").ok().and_then(|n| n.parse().ok()).unwrap_or(7_000_000);
@@ -22,16 +23,50 @@ fn main() {
         // Looked at, byte by byte, as the least that any parser does.
         let lines = bytes.iter().filter(|b| **b == b'\n').count();
         let seen = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let numbers = plainly(std::str::from_utf8(&bytes).expect("text"));
+        let naive = start.elapsed().as_secs_f64();
         drop(bytes);
         let start = Instant::now();
         let mesh = TriangleMesh::load(&path).expect("a mesh");
         let loaded = start.elapsed().as_secs_f64();
+        let faces = mesh.indices().len();
+        let start = Instant::now();
+        let shape = ShapeDesc::Mesh(mesh);
+        assert!(!ShapeStats::of(&shape).closed);
+        let stats = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let _geometry = Geometry::build(vec![shape]);
+        let built = start.elapsed().as_secs_f64();
         println!(
-            "{} faces, {:.0} MB, {lines} lines: read {read:.2} s, bytes seen {seen:.2} s, mesh {loaded:.2} s",
-            mesh.indices().len(),
-            size as f64 / 1e6
+            "{faces} faces, {:.0} MB, {lines} lines: read {read:.2} s, bytes seen {seen:.2} s, {numbers} numbers \
+             word by word {naive:.2} s, mesh {loaded:.2} s, whether it is closed {stats:.2} s, tree {built:.2} s; {}",
+            size as f64 / 1e6,
+            peak()
         );
     }
+}
+
+/// What a parser does that takes no pains: how many numbers there are.
+fn plainly(text: &str) -> usize {
+    let (mut floats, mut integers) = (Vec::<f32>::new(), Vec::<u32>::new());
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("f") => {
+                integers.extend(words.flat_map(|w| w.split('/')).filter_map(|w| w.parse::<u32>().ok()))
+            }
+            Some(_) => floats.extend(words.filter_map(|w| w.parse::<f32>().ok())),
+            None => {}
+        }
+    }
+    floats.len() + integers.len()
+}
+
+/// The most memory that the process has held, as Linux says it.
+fn peak() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("peak unknown").to_owned()
 }
 
 fn write(path: &std::path::Path, side: usize) -> std::io::Result<()> {

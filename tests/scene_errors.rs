@@ -97,7 +97,7 @@ const CASES: &[Case] = &[
     case(
         "material = \"gold\"",
         "medium = \"gold\"",
-        20,
+        26,
         &["unknown key `medium`", "did you mean `interior`?"],
     ),
     case(SPHERE, "spere = { radius = 1 }", 19, &["unknown key `spere`", "did you mean `sphere`?"]),

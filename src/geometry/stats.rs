@@ -3,7 +3,7 @@
 use super::aabb::Aabb;
 use super::mesh::TriangleMesh;
 use super::shape::ShapeDesc;
-use std::collections::HashMap;
+use rayon::prelude::*;
 
 /// What kind of shape it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,24 +57,36 @@ impl ShapeStats {
 
 /// Whether each directed edge occurs once, and so does its reverse.
 fn is_closed(mesh: &TriangleMesh) -> bool {
-    let mut corner = HashMap::new();
-    // Adding zero makes −0 a 0.
-    let places: Vec<usize> = mesh
-        .positions()
-        .iter()
-        .map(|p| {
-            let next = corner.len();
-            *corner.entry((*p + glam::Vec3::ZERO).to_array().map(f32::to_bits)).or_insert(next)
+    let places = places(mesh);
+    let mut edges: Vec<(u32, u32, bool)> = mesh
+        .indices()
+        .par_iter()
+        .flat_map_iter(|t| {
+            let [a, b, c] = t.map(|i| places[i as usize]);
+            [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to))
         })
         .collect();
-    let mut edges: HashMap<(usize, usize), i32> = HashMap::with_capacity(3 * mesh.indices().len());
-    for t in mesh.indices() {
-        let t = t.map(|i| places[i as usize]);
-        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-            *edges.entry((a, b)).or_insert(0) += 1;
-        }
+    edges.par_sort_unstable();
+    // Both ways along an edge are neighbours now, and there is no third. An edge to where it starts has no other way.
+    let (pairs, rest) = edges.as_chunks::<2>();
+    let paired = pairs.par_iter().all(|[a, b]| (a.0, a.1) == (b.0, b.1) && a.2 != b.2);
+    paired && rest.is_empty() && edges.par_windows(3).all(|w| (w[0].0, w[0].1) != (w[2].0, w[2].1))
+}
+
+/// For each vertex a number that those at its place have in common.
+fn places(mesh: &TriangleMesh) -> Vec<u32> {
+    // Adding zero makes −0 a 0.
+    let bits = |p: &glam::Vec3| (*p + glam::Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut order: Vec<([u32; 3], u32)> =
+        mesh.positions().par_iter().enumerate().map(|(i, p)| (bits(p), i as u32)).collect();
+    order.par_sort_unstable();
+    let mut places = vec![0; order.len()];
+    let mut place = 0;
+    for (k, (bits, vertex)) in order.iter().enumerate() {
+        place += u32::from(k > 0 && *bits != order[k - 1].0);
+        places[*vertex as usize] = place;
     }
-    edges.iter().all(|((a, b), count)| *count == 1 && edges.get(&(*b, *a)) == Some(&1))
+    places
 }
 
 /// Signed volume, by the divergence theorem, about the centre of the mesh.

@@ -7,6 +7,7 @@ use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb as ObvhsAabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use rayon::prelude::*;
 
 /// Expected cost of testing four boxes.
 const NODE_COST: f32 = 1.0;
@@ -48,9 +49,9 @@ impl Bvh {
         if let Some(bvh) = Self::flat(primitives) {
             return bvh;
         }
-        let boxes: Vec<_> = primitives.iter().map(|(p, _)| p.bounds()).collect();
-        let bounds = boxes.iter().copied().reduce(Aabb::union);
-        let boxes: Vec<_> = boxes.iter().map(|b| ObvhsAabb::new(b.min, b.max)).collect();
+        let boxes: Vec<_> =
+            primitives.par_iter().map(|(p, _)| p.bounds()).map(|b| ObvhsAabb::new(b.min, b.max)).collect();
+        let bounds = primitives.par_iter().map(|(p, _)| p.bounds()).reduce_with(Aabb::union);
         let indices = (0..boxes.len() as u32).collect();
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Medium,
@@ -62,6 +63,7 @@ impl Bvh {
         ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
         let mut builder = Builder { tree: &tree, primitives, plans: Vec::new(), bvh: Self::default() };
         builder.plan();
+        drop(boxes);
         let stack = builder.node(0).1;
         let mut bvh = builder.bvh;
         // One more is written in vain.
@@ -120,15 +122,15 @@ impl Builder<'_> {
 
     /// Children before parents: the cheapest way to merge each subtree, as in [Ylitie et al. 2017, 3].
     fn plan(&mut self) {
-        let mut order = Vec::with_capacity(self.tree.nodes.len());
+        let mut order: Vec<u32> = Vec::with_capacity(self.tree.nodes.len());
         let mut stack = vec![0];
         while let Some(n) = stack.pop() {
-            order.push(n);
+            order.push(n as u32);
             stack.extend(self.children(n).into_iter().flatten());
         }
         self.plans = vec![Plan::default(); self.tree.nodes.len()];
         for n in order.into_iter().rev() {
-            self.plans[n] = self.plan_node(n);
+            self.plans[n as usize] = self.plan_node(n as usize);
         }
     }
 
@@ -153,9 +155,10 @@ impl Builder<'_> {
             plan.left[count - 2] = left;
         }
         let inner = area * NODE_COST + apart[2];
-        let leaf = if plan.triangles <= LANES as u32 { area * BLOCK_COST } else { f32::INFINITY };
-        plan.leaf = leaf <= inner;
-        plan.cost[0] = leaf.min(inner);
+        let leaf = area * BLOCK_COST;
+        // Costs of a scene whose areas are beyond f32 are infinite or NaN: then whatever fits is a leaf.
+        plan.leaf = plan.triangles <= LANES as u32 && (leaf <= inner || inner.is_nan());
+        plan.cost[0] = if plan.leaf { leaf } else { inner };
         for (i, cost) in apart.into_iter().enumerate() {
             plan.apart[i] = cost < plan.cost[i];
             plan.cost[i + 1] = cost.min(plan.cost[i]);

@@ -27,6 +27,18 @@ fn soup(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<ShapeDesc> {
     shapes
 }
 
+/// Where areas are beyond what f32 holds, no leaf takes more than it has room for, and nothing is lost.
+#[test]
+fn trees_of_immense_scenes_hold_all_primitives() {
+    for scale in [1e18, 1e19, 3e19, 1e25, 1e37] {
+        let shapes = soup(200, scale, Vec3A::ZERO, 3);
+        let count: usize = shapes.iter().map(ShapeDesc::primitives).sum();
+        let walls = Geometry::build(shapes).walls;
+        let triangles = walls.blocks.iter().flat_map(|b| b.prim).filter(|p| *p != u32::MAX).count();
+        assert_eq!(triangles + walls.spheres.len() + walls.discs.len(), count, "at {scale:e}");
+    }
+}
+
 /// Rays of all kinds: random, along axes with zeros of either sign, from a shape's surface, from far away, of bounded
 /// length.
 fn rays(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<Ray> {
