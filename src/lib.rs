@@ -20,6 +20,7 @@ pub mod oracle;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod stage;
 pub mod texture;
 pub mod transport;
 

@@ -12,7 +12,7 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-pub use settings::{CameraSettings, FovAxis, Lens, look_at};
+pub use settings::{CameraSettings, FovAxis, Lens, MAX_SIDE, look_at};
 
 use crate::math::warp;
 use glam::{UVec2, Vec2, Vec3A};

@@ -40,7 +40,7 @@ pub struct CameraSettings {
 }
 
 /// The largest frame side that is accepted, in pixels.
-const MAX_SIDE: u32 = 1 << 16;
+pub const MAX_SIDE: u32 = 1 << 16;
 
 /// The camera-to-world transform of a camera at `position` that looks at `target`, with `up` upwards in the image.
 ///

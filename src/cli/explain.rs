@@ -1,6 +1,7 @@
 //! `tyndall explain`: why a pixel is as it is.
 
 use super::args::ExplainArgs;
+use super::progress::while_loading;
 use super::render::settings;
 use super::render::techniques;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
@@ -24,7 +25,7 @@ pub fn run(args: &ExplainArgs) -> Result<Ending> {
     }
     let techniques = techniques(render)?;
     let path = resolve(&render.scene)?;
-    let scene = load(&path, &Overrides { size: render.size.map(UVec2::from_array) })?;
+    let scene = while_loading(|| load(&path, &Overrides { size: render.size.map(UVec2::from_array) }))?;
     let settings = settings(render, techniques, &scene)?;
     let iterations = match args.sample {
         Some(sample) => sample..sample + 1,

@@ -1,6 +1,7 @@
 //! `tyndall import IN OUT.toml`: another program's scene as a scene file of ours.
 
 use super::args::ImportArgs;
+use super::progress::while_loading;
 use super::session::{Ending, print};
 use crate::error::{Error, Result};
 use crate::scene::file::{Overrides, from_import};
@@ -17,8 +18,11 @@ pub fn run(args: &ImportArgs) -> Result<Ending> {
             format!("not a format of others: expected {}", Format::ENDINGS),
         ));
     };
-    let imported = format.read(&args.scene)?;
-    let scene = from_import(&imported, &Overrides::default())?;
+    let (imported, scene) = while_loading(|| {
+        let imported = format.read(&args.scene)?;
+        let scene = from_import(&imported, &Overrides::default())?;
+        Ok::<_, Error>((imported, scene))
+    })?;
     for warning in &scene.warnings {
         eprintln!("warning: {}: {warning}", args.scene.display());
     }

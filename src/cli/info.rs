@@ -1,6 +1,7 @@
 //! `tyndall info SCENE [--json]`: what is in a scene.
 
 use super::args::InfoArgs;
+use super::progress::while_loading;
 use super::session::{Ending, print};
 use crate::error::{Error, Result};
 use crate::scene::file::{Overrides, load};
@@ -11,7 +12,8 @@ use crate::scene::info::SceneInfo;
 /// # Errors
 /// Where the scene cannot be read.
 pub fn run(args: &InfoArgs) -> Result<Ending> {
-    let info = SceneInfo::of(&load(&args.scene, &Overrides::default())?);
+    let scene = while_loading(|| load(&args.scene, &Overrides::default()))?;
+    let info = SceneInfo::of(&scene);
     if args.json {
         let json = serde_json::to_string_pretty(&info).map_err(|e| Error::usage(e.to_string()))?;
         print(format!("{json}\n"))?;

@@ -3,9 +3,14 @@
 use crate::film::{Film, Image, ImageKind};
 use crate::render::tev::Tev;
 use crate::render::{Budget, Observer};
+use crate::stage;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
+
+/// How long something may take before anybody is told what it is at.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Seconds between lines where there is no terminal.
 const INTERVAL: Duration = Duration::from_secs(10);
@@ -72,6 +77,43 @@ impl Progress {
 impl Default for Progress {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// Does `work`, a preparation, and shows what it is at if it takes long (see [`crate::stage`]).
+pub fn while_loading<T>(work: impl FnOnce() -> T) -> T {
+    let (done, waiting) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || show_stages(&waiting));
+        // Goes out of scope when the work is done, or has panicked: then the other thread ends.
+        let _done = done;
+        work()
+    })
+}
+
+/// Until the other end hangs up.
+fn show_stages(waiting: &Receiver<()>) {
+    let start = Instant::now();
+    let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        let style = ProgressStyle::with_template("{spinner} {msg}");
+        bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()))
+    });
+    let mut shown = String::new();
+    while waiting.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+        let stage = stage::current();
+        match &bar {
+            Some(bar) => {
+                bar.set_message(format!("{stage}, {}", clock(start.elapsed().as_secs_f64())));
+                bar.tick();
+            }
+            None if stage != shown => eprintln!("{stage}"),
+            None => {}
+        }
+        shown = stage;
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
     }
 }
 

@@ -1,7 +1,7 @@
 //! `tyndall render`.
 
 use super::args::{HeuristicArg, RenderArgs};
-use super::progress::Progress;
+use super::progress::{Progress, while_loading};
 use super::session::{Ending, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
 use crate::film::exr;
@@ -34,7 +34,7 @@ struct Outputs {
 pub fn run(args: &RenderArgs) -> Result<Ending> {
     let techniques = techniques(args)?;
     let path = resolve(&args.scene)?;
-    let scene = load(&path, &Overrides { size: args.size.map(UVec2::from_array) })?;
+    let scene = while_loading(|| load(&path, &Overrides { size: args.size.map(UVec2::from_array) }))?;
     let settings = settings(args, techniques, &scene)?;
     let outputs = outputs(args, &scene, techniques)?;
     for file in [&outputs.exr, &outputs.png].into_iter().flatten() {

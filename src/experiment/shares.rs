@@ -152,7 +152,7 @@ mod tests {
         });
         let set = TechniqueSet::of(&[Technique::Hit, Technique::NextEvent]);
         let mut film = Film::new(&camera.unwrap(), &Settings::new(set));
-        film.for_each_band(|band| {
+        film.iterate(|band| {
             let mut random = Stream::new(5, number, StreamKind::Other, band.index as u64);
             for pixel in 0..band.rows() * band.width {
                 let sign = |u: f32| if u < 0.5 { -1.0 } else { 1.0 };
@@ -166,7 +166,6 @@ mod tests {
                 }
             }
         });
-        film.end_iteration();
         film
     }
 

@@ -1,10 +1,11 @@
 //! The film: sums over iterations of what each technique contributed to each pixel.
 
 use super::layout::{ImageKind, Layout};
-use crate::camera::Camera;
+use super::sums::{Part, Sums};
+use crate::camera::{Camera, MAX_SIDE};
 use crate::film::Image;
-use crate::math::{Rgb, RgbExt};
-use crate::transport::settings::Settings;
+use crate::math::{Rgb, RgbExt, prefetch};
+use crate::transport::settings::{MAX_LENGTH, Settings};
 use crate::transport::technique::Technique;
 use rayon::prelude::*;
 
@@ -23,34 +24,38 @@ pub struct Sample {
     pub weight: f32,
 }
 
-/// A sample whose pixel is not the one being traced (light tracing), kept until it can be added in order.
+/// A sample of light tracing: its pixel is not the one being traced, so it is kept until it can be added in order.
 /// Packed, as an iteration keeps a few for each light subpath.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
-    /// Pixel, counted along the rows of the crop window.
-    pub pixel: u32,
+    /// Pixel, counted from the first of its band, and above it s.
+    place: u32,
     contribution: [f32; 3],
     weight: f32,
-    s: u16,
-    t: u16,
-    technique: Technique,
 }
 
-const _: () = assert!(size_of::<Splat>() == 28 && crate::transport::settings::MAX_LENGTH < u16::MAX as u32);
+/// Bits of a pixel's number in its band.
+const PIXEL_BITS: u32 = 20;
+
+const _: () = assert!(size_of::<Splat>() == 20 && MAX_LENGTH < 1 << (32 - PIXEL_BITS));
+const _: () = assert!(BAND_ROWS * MAX_SIDE as usize <= 1 << PIXEL_BITS);
 
 impl Splat {
-    /// The sample on `pixel`.
+    /// The sample, of [`Technique::Lens`], on the pixel with this number in its band.
     #[inline]
-    pub fn new(pixel: u32, sample: &Sample) -> Self {
-        let Sample { technique, s, t, contribution, weight } = *sample;
-        Self { pixel, contribution: contribution.to_array(), weight, s: s as u16, t: t as u16, technique }
+    pub fn new(pixel: usize, sample: &Sample) -> Self {
+        debug_assert!(sample.technique == Technique::Lens && sample.t == 1, "only the lens splats");
+        let place = sample.s << PIXEL_BITS | pixel as u32;
+        Self { place, contribution: sample.contribution.to_array(), weight: sample.weight }
     }
 
-    /// What falls on the pixel.
+    /// The pixel, and what falls on it.
     #[inline]
-    pub fn sample(&self) -> Sample {
-        let Self { technique, contribution, weight, .. } = *self;
-        Sample { technique, s: self.s.into(), t: self.t.into(), contribution: contribution.into(), weight }
+    pub fn sample(&self) -> (usize, Sample) {
+        let Self { place, contribution, weight } = *self;
+        let (s, contribution) = (place >> PIXEL_BITS, contribution.into());
+        let sample = Sample { technique: Technique::Lens, s, t: 1, contribution, weight };
+        ((place & ((1 << PIXEL_BITS) - 1)) as usize, sample)
     }
 }
 
@@ -68,7 +73,7 @@ impl Dropped {
     }
 }
 
-/// Sums in f64 over iterations, pixel by pixel, an image a technique (see [`Layout`]).
+/// Sums over iterations, pixel by pixel, an image a technique (see [`Layout`]).
 ///
 /// The combined image is the sum of the techniques' weighted images, so that their sum is the image to the bit.
 #[derive(Clone, Debug)]
@@ -78,10 +83,8 @@ pub struct Film {
     origin: [u32; 2],
     width: usize,
     height: usize,
-    /// `[pixel][image]`: sums of contributions; of an [`ImageKind::Weight`], the sum of the weights, the number of samples
-    /// and nothing.
-    pub(super) sums: Vec<[f64; 3]>,
-    /// The combined image of the iteration that is under way.
+    pub(super) sums: Sums,
+    /// The combined image of the iteration that is under way; black between iterations.
     frame: Vec<[f64; 3]>,
     /// Sum over iterations of the square of the combined image.
     pub(super) squares: Vec<[f64; 3]>,
@@ -111,7 +114,7 @@ impl Film {
             origin: [crop.x0, crop.y0],
             width,
             height,
-            sums: vec![[0.0; 3]; pixels * layout.images().len()],
+            sums: Sums::new(&layout, pixels),
             frame: vec![[0.0; 3]; pixels],
             squares: vec![[0.0; 3]; pixels],
             outliers: vec![Outlier::default(); pixels],
@@ -151,54 +154,39 @@ impl Film {
         self.height.div_ceil(BAND_ROWS)
     }
 
-    /// Runs `work` on each band of rows, in parallel. Bands are disjoint and each is worked through by one thread,
-    /// so the result does not depend on how many there are.
-    pub fn for_each_band(&mut self, work: impl Fn(&mut Band) + Sync) {
+    /// Runs `work`, an iteration, on each band of rows, in parallel. Bands are disjoint and each is worked through by one
+    /// thread, so the result does not depend on how many there are.
+    pub fn iterate(&mut self, work: impl Fn(&mut Band) + Sync) {
         let width = self.width;
-        let images = self.layout.images().len();
         let layout = &self.layout;
-        let dropped = self
-            .sums
-            .par_chunks_mut(BAND_ROWS * width * images)
-            .zip(self.frame.par_chunks_mut(BAND_ROWS * width))
+        let iteration = self.iterations as u32;
+        let size = BAND_ROWS * width;
+        let parts = self.sums.parts(size);
+        let pixels = self.squares.par_chunks_mut(size).zip(self.outliers.par_chunks_mut(size));
+        let dropped = parts
+            .into_par_iter()
+            .zip(self.frame.par_chunks_mut(size).zip(pixels))
             .enumerate()
-            .map(|(index, (sums, frame))| {
+            .map(|(index, (sums, (frame, (squares, outliers))))| {
                 let first_row = index * BAND_ROWS;
                 let mut band =
                     Band { layout, index, first_row, width, sums, frame, dropped: Dropped::default() };
                 work(&mut band);
+                // While they are in the cache.
+                close(band.frame, squares, outliers, iteration);
                 band.dropped
             })
             .reduce(Dropped::default, |a, b| Dropped(std::array::from_fn(|i| a.0[i] + b.0[i])));
         for (total, new) in self.dropped.0.iter_mut().zip(dropped.0) {
             *total += new;
         }
-    }
-
-    /// Closes an iteration: squares the combined image into the variance sums and clears it.
-    pub fn end_iteration(&mut self) {
-        let iteration = self.iterations as u32;
-        let chunks = self.frame.par_chunks_mut(4096).zip(self.squares.par_chunks_mut(4096));
-        chunks.zip(self.outliers.par_chunks_mut(4096)).for_each(|((frame, squares), outliers)| {
-            for ((f, s), outlier) in frame.iter_mut().zip(squares).zip(outliers) {
-                for c in 0..3 {
-                    s[c] += f[c] * f[c];
-                }
-                let luminance = Rgb::from_array(f.map(|v| v as f32)).luminance();
-                if luminance > outlier.luminance {
-                    *outlier = Outlier { luminance, iteration };
-                }
-                *f = [0.0; 3];
-            }
-        });
         self.iterations += 1;
     }
 
     /// Sum over iterations of the combined image at a pixel (counted along rows).
     fn combined_sum(&self, pixel: usize) -> [f64; 3] {
-        let images = self.layout.images().len();
         let mut sum = [0.0; 3];
-        for value in &self.sums[pixel * images..][..self.layout.families()] {
+        for value in self.sums.weighted(pixel) {
             for c in 0..3 {
                 sum[c] += value[c];
             }
@@ -243,7 +231,7 @@ impl Film {
     pub fn layers_where(&self, wanted: impl Fn(&ImageKind) -> bool) -> Vec<(ImageKind, Image)> {
         let scale = 1.0 / self.iterations.max(1) as f64;
         let kinds = self.layout.images();
-        let sum = |i: usize, l: usize| self.sums[i * kinds.len() + l];
+        let sum = |i: usize, l: usize| self.sums.get(i, self.layout.place(l));
         let image = |l: usize, kind: &ImageKind| match kind {
             ImageKind::Weight { .. } => self.map_pixels(|i| {
                 let [weights, samples, _] = sum(i, l);
@@ -270,11 +258,13 @@ impl Film {
     /// What the mean weights are made of, to put several films together: for each technique, where layers are kept, the sum
     /// of the weights and the number of samples, pixel by pixel.
     pub fn weights(&self) -> Vec<(ImageKind, Vec<[f64; 2]>)> {
-        let kinds = self.layout.images();
+        let pixels = self.width * self.height;
         let of = |l: usize| {
-            self.sums.iter().skip(l).step_by(kinds.len()).map(|&[weights, samples, _]| [weights, samples])
+            let place = self.layout.place(l);
+            (0..pixels).map(move |i| self.sums.get(i, place)).map(|[weights, samples, _]| [weights, samples])
         };
-        let weights = kinds.iter().enumerate().filter(|(_, k)| matches!(k, ImageKind::Weight { .. }));
+        let kinds = self.layout.images().iter().enumerate();
+        let weights = kinds.filter(|(_, k)| matches!(k, ImageKind::Weight { .. }));
         weights.map(|(l, kind)| (*kind, of(l).collect())).collect()
     }
 }
@@ -288,7 +278,7 @@ pub struct Band<'a> {
     pub first_row: usize,
     /// Pixels a row.
     pub width: usize,
-    sums: &'a mut [[f64; 3]],
+    sums: Part<'a>,
     frame: &'a mut [[f64; 3]],
     dropped: Dropped,
 }
@@ -299,9 +289,28 @@ impl Band<'_> {
         self.frame.len() / self.width
     }
 
-    /// Number of its first pixel, counted along the rows of the crop window.
-    pub fn first_pixel(&self) -> usize {
-        self.first_row * self.width
+    /// Says that there will be samples on the pixel `pixel` soon.
+    #[inline]
+    pub fn expect_pixel(&self, pixel: usize) {
+        prefetch(self.frame, pixel);
+        self.sums.expect_pixel(pixel);
+    }
+
+    /// Adds splats, which fall on the band's pixels in no order.
+    pub fn record_splats<'b>(&mut self, splats: impl Iterator<Item = &'b Splat> + Clone) {
+        // What a splat is added to is asked for so many splats before.
+        const AHEAD: usize = 16;
+        let mut coming = splats.clone().skip(AHEAD);
+        for splat in splats {
+            if let Some(next) = coming.next() {
+                let (pixel, sample) = next.sample();
+                prefetch(self.frame, pixel);
+                let family = self.layout.family(sample.technique);
+                self.sums.expect(pixel, family, self.layout.pair(sample.s, sample.t));
+            }
+            let (pixel, sample) = splat.sample();
+            self.record(pixel, &sample);
+        }
     }
 
     /// Adds a sample to the pixel `pixel` (counted from the band's first). What is not finite is counted
@@ -314,19 +323,11 @@ impl Band<'_> {
             return;
         }
         let weighted = weighted.to_array();
-        add(&mut self.frame[pixel], weighted);
-        let images = &mut self.sums[pixel * self.layout.images().len()..];
-        add(&mut images[self.layout.weighted_family(sample.technique)], weighted);
-        if let Some([family, weight]) = self.layout.family_layers(sample.technique) {
-            let unweighted = sample.contribution.to_array();
-            add(&mut images[family], unweighted);
-            if unweighted != [0.0; 3] {
-                add(&mut images[weight], [sample.weight, 1.0, 0.0]);
-            }
-            if let Some(pair) = self.layout.pair(sample.s, sample.t) {
-                add(&mut images[pair], weighted);
-                add(&mut images[pair + 1], unweighted);
-            }
+        self.frame[pixel].iter_mut().zip(weighted).for_each(|(sum, v)| *sum += f64::from(v));
+        let unweighted = sample.contribution.to_array();
+        self.sums.add(pixel, self.layout.family(sample.technique), weighted, unweighted, sample.weight);
+        if let Some(pair) = self.layout.pair(sample.s, sample.t) {
+            self.sums.add_pair(pixel, pair, weighted, unweighted);
         }
     }
 }
@@ -336,9 +337,16 @@ pub fn mean_weight(sum: f64, samples: f64) -> f64 {
     if samples > 0.0 { sum / samples } else { 0.0 }
 }
 
-#[inline]
-fn add(sum: &mut [f64; 3], value: [f32; 3]) {
-    for c in 0..3 {
-        sum[c] += f64::from(value[c]);
+/// Closes an iteration of some pixels: squares the combined image into the variance sums and clears it.
+fn close(frame: &mut [[f64; 3]], squares: &mut [[f64; 3]], outliers: &mut [Outlier], iteration: u32) {
+    for ((f, s), outlier) in frame.iter_mut().zip(squares).zip(outliers) {
+        for c in 0..3 {
+            s[c] += f[c] * f[c];
+        }
+        let luminance = Rgb::from_array(f.map(|v| v as f32)).luminance();
+        if luminance > outlier.luminance {
+            *outlier = Outlier { luminance, iteration };
+        }
+        *f = [0.0; 3];
     }
 }

@@ -20,6 +20,16 @@ pub struct Layout {
     images: Vec<ImageKind>,
 }
 
+/// Where the numbers of an image lie among those of a pixel: with the technique of this number, or from `first` on with the
+/// (s, t).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    Weighted(usize),
+    Unweighted(usize),
+    Weights(usize),
+    Pair { pair: usize, first: usize },
+}
+
 /// What one image of a film holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageKind {
@@ -104,25 +114,43 @@ impl Layout {
         self.techniques
     }
 
-    /// Index of the weighted image of a technique that is on.
+    /// Number of a technique that is on, and index of its weighted image.
     #[inline]
-    pub(super) fn weighted_family(&self, technique: Technique) -> usize {
+    pub(super) fn family(&self, technique: Technique) -> usize {
         usize::from(self.family[technique.index()].expect("only techniques that are on make samples"))
     }
 
-    /// Indices of the unweighted image and of the mean weight of a technique that is on, where such images are kept.
-    #[inline]
-    pub(super) fn family_layers(&self, technique: Technique) -> Option<[usize; 2]> {
-        let weighted = self.weighted_family(technique);
-        self.layers.then(|| [weighted + self.families, weighted + 2 * self.families])
+    /// Whether the techniques' unweighted images and mean weights are kept.
+    pub(super) fn has_layers(&self) -> bool {
+        self.layers
     }
 
-    /// Index of the weighted image of (s, t), where it is kept; the unweighted one comes next.
+    /// How many (s, t) have images of their own.
+    pub(super) fn pairs(&self) -> usize {
+        let longest = self.pyramid as usize;
+        longest * (longest + 3) / 2
+    }
+
+    /// Number of (s, t), where images of it are kept.
     #[inline]
     pub(super) fn pair(&self, s: u32, t: u32) -> Option<usize> {
         let k = s + t - 1;
-        // Lengths 1..k-1 take 2 (k' + 1) images each: their sum is (k - 1)(k + 2).
-        (k <= self.pyramid).then(|| 3 * self.families + ((k - 1) * (k + 2) + 2 * s) as usize)
+        // Lengths 1..k-1 have k' + 1 each: their sum is (k - 1)(k + 2) / 2.
+        (k <= self.pyramid).then(|| ((k - 1) * (k + 2) / 2 + s) as usize)
+    }
+
+    /// Where the image with this index lies.
+    pub(super) fn place(&self, image: usize) -> Place {
+        let family = image % self.families;
+        match image / self.families {
+            0 => Place::Weighted(family),
+            1 if self.layers => Place::Unweighted(family),
+            2 if self.layers => Place::Weights(family),
+            _ => {
+                let image = image - 3 * self.families;
+                Place::Pair { pair: image / 2, first: image % 2 * 3 }
+            }
+        }
     }
 }
 
@@ -136,20 +164,20 @@ mod tests {
         settings.layers = Layers::All;
         settings.pyramid = 5;
         let layout = Layout::new(&settings);
-        for technique in settings.techniques.iter() {
-            let i = layout.weighted_family(technique);
-            assert_eq!(layout.images()[i], ImageKind::Family { technique, weighted: true });
-            let [unweighted, weight] = layout.family_layers(technique).unwrap();
-            assert_eq!(layout.images()[unweighted], ImageKind::Family { technique, weighted: false });
-            assert_eq!(layout.images()[weight], ImageKind::Weight { technique });
+        for (i, kind) in layout.images().iter().enumerate() {
+            let expected = match *kind {
+                ImageKind::Family { technique, weighted: true } => Place::Weighted(layout.family(technique)),
+                ImageKind::Family { technique, .. } => Place::Unweighted(layout.family(technique)),
+                ImageKind::Weight { technique } => Place::Weights(layout.family(technique)),
+                ImageKind::Pair { s, t, weighted } => {
+                    let pair = layout.pair(s, t).unwrap();
+                    assert!(pair < layout.pairs());
+                    Place::Pair { pair, first: if weighted { 0 } else { 3 } }
+                }
+            };
+            assert_eq!(layout.place(i), expected, "{kind:?}");
         }
-        for k in 1..=5u32 {
-            for s in 0..=k {
-                let i = layout.pair(s, k + 1 - s).unwrap();
-                assert_eq!(layout.images()[i], ImageKind::Pair { s, t: k + 1 - s, weighted: true });
-                assert_eq!(layout.images()[i + 1], ImageKind::Pair { s, t: k + 1 - s, weighted: false });
-            }
-        }
+        assert_eq!(layout.images().len(), 3 * layout.families() + 2 * layout.pairs());
         assert_eq!(layout.pair(2, 5), None);
         let mut names: Vec<String> = layout.images().iter().map(|i| i.name()).collect();
         names.sort();
@@ -161,6 +189,6 @@ mod tests {
     fn without_layers_only_what_sums_to_the_image_is_kept() {
         let layout = Layout::new(&Settings::new(TechniqueSet::all()));
         assert_eq!(layout.images().len(), Technique::COUNT);
-        assert!(Technique::all().all(|t| layout.family_layers(t).is_none()));
+        assert!(!layout.has_layers() && layout.pairs() == 0);
     }
 }

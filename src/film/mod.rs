@@ -8,6 +8,7 @@ pub mod layout;
 pub mod output;
 pub mod png;
 mod state;
+mod sums;
 
 pub use accumulator::{BAND_ROWS, Band, Dropped, Film, Outlier, Sample, Splat};
 pub use image::{Image, ScalarImage};

@@ -21,7 +21,7 @@ pub struct Planes(pub Vec<bool>);
 impl Film {
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.sums.fill([0.0; 3]);
+        self.sums.clear();
         self.squares.fill([0.0; 3]);
         self.outliers.fill(Outlier::default());
         self.iterations = 0;
@@ -38,14 +38,11 @@ impl Film {
     /// # Panics
     /// For a film of another size or layout.
     pub fn append(&mut self, later: &Self) {
-        assert_eq!((self.size(), self.sums.len()), (later.size(), later.sums.len()), "films of one layout");
-        let add = |sums: &mut [[f64; 3]], more: &[[f64; 3]]| {
-            for (sum, value) in sums.iter_mut().zip(more) {
-                (0..3).for_each(|c| sum[c] += value[c]);
-            }
-        };
-        add(&mut self.sums, &later.sums);
-        add(&mut self.squares, &later.squares);
+        assert!(self.size() == later.size() && self.sums.is_like(&later.sums), "films of one layout");
+        self.sums.append(&later.sums);
+        for (sum, value) in self.squares.iter_mut().zip(&later.squares) {
+            (0..3).for_each(|c| sum[c] += value[c]);
+        }
         for (own, other) in self.outliers.iter_mut().zip(&later.outliers) {
             if other.luminance > own.luminance {
                 *own = Outlier { iteration: other.iteration + self.iterations as u32, ..*other };
@@ -61,11 +58,9 @@ impl Film {
     pub fn image_with(&self, later: &Self) -> Image {
         let scale = 1.0 / (self.iterations + later.iterations).max(1) as f64;
         let (width, height) = self.size();
-        let (images, families) = (self.layout().images().len(), self.layout().families());
         let pixel = |i: usize| {
             let mut sum = [0.0; 3];
-            let place = i * images..i * images + families;
-            for (a, b) in self.sums[place.clone()].iter().zip(&later.sums[place]) {
+            for (a, b) in self.sums.weighted(i).iter().zip(later.sums.weighted(i)) {
                 (0..3).for_each(|c| sum[c] += a[c] + b[c]);
             }
             sum.map(|v| (v * scale) as f32)
@@ -75,11 +70,12 @@ impl Film {
 
     /// Which planes hold anything.
     pub fn planes(&self) -> Planes {
-        let images = self.layout().images().len();
-        let mut kept = vec![false; images];
-        for pixel in self.sums.chunks_exact(images.max(1)) {
-            pixel.iter().zip(&mut kept).for_each(|(v, k)| *k |= *v != [0.0; 3]);
-        }
+        let pixels = self.squares.len();
+        let holds = |image: usize| {
+            let place = self.layout().place(image);
+            (0..pixels).any(|i| self.sums.get(i, place) != [0.0; 3])
+        };
+        let mut kept: Vec<bool> = (0..self.layout().images().len()).map(holds).collect();
         kept.push(self.squares.iter().any(|v| *v != [0.0; 3]));
         Planes(kept)
     }
@@ -92,16 +88,17 @@ impl Film {
         let (squares, images) = planes.0.split_last().expect("the squares are always there");
         let count = images.len();
         let mut bytes = Vec::with_capacity(self.squares.len() * PIXEL);
-        let mut write = |pixels: &mut dyn Iterator<Item = &[f64; 3]>| {
+        let mut write = |pixels: &mut dyn Iterator<Item = [f64; 3]>| {
             bytes.clear();
             pixels.flatten().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
             out.write_all(&bytes)
         };
         for plane in (0..count).filter(|p| images[*p]) {
-            write(&mut self.sums.iter().skip(plane).step_by(count))?;
+            let place = self.layout().place(plane);
+            write(&mut (0..self.squares.len()).map(|i| self.sums.get(i, place)))?;
         }
         if *squares {
-            write(&mut self.squares.iter())?;
+            write(&mut self.squares.iter().copied())?;
         }
         bytes.clear();
         for outlier in &self.outliers {
@@ -134,7 +131,8 @@ impl Film {
             let value = |b: &[u8]| f64::from_le_bytes(b.try_into().expect("eight bytes"));
             let pixels = bytes.chunks_exact(PIXEL).map(|p| [&p[..8], &p[8..16], &p[16..]].map(value));
             if plane < count {
-                self.sums.iter_mut().skip(plane).step_by(count).zip(pixels).for_each(|(s, p)| *s = p);
+                let place = self.layout().place(plane);
+                pixels.enumerate().for_each(|(i, p)| self.sums.set(i, place, p));
             } else {
                 self.squares.iter_mut().zip(pixels).for_each(|(s, p)| *s = p);
             }
@@ -173,7 +171,7 @@ mod tests {
 
     fn iterate(film: &mut Film, iterations: std::ops::Range<u64>) {
         for i in iterations {
-            film.for_each_band(|band| {
+            film.iterate(|band| {
                 let mut random = Stream::new(1, i, StreamKind::Other, band.index as u64);
                 for pixel in 0..band.rows() * band.width {
                     let technique =
@@ -185,7 +183,6 @@ mod tests {
                     );
                 }
             });
-            film.end_iteration();
         }
     }
 

@@ -102,17 +102,13 @@ impl<'a> Renderer<'a> {
         let (scene, chunks) = (self.scene, &self.chunks);
         let photons = self.settings.techniques.merges().then(|| Photons::build(scene, &pass, chunks));
         let origin = UVec2::from(film.origin());
-        film.for_each_band(|band| {
-            for chunk in chunks {
-                for splat in &chunk.splats[band.index] {
-                    band.record(splat.pixel as usize - band.first_pixel(), &splat.sample());
-                }
-            }
+        film.iterate(|band| {
+            let index = band.index;
+            band.record_splats(chunks.iter().flat_map(|chunk| &chunk.splats[index]));
             if camera {
                 trace_band(scene, &pass, chunks, photons.as_ref(), origin, band);
             }
         });
-        film.end_iteration();
         stats
     }
 
@@ -161,6 +157,7 @@ fn trace_band(
                 } else {
                     &[]
                 };
+                band.expect_pixel(row * band.width + column);
                 let mut sink = PixelSink { pixel: row * band.width + column, band };
                 let partners = Partners { vertices, photons };
                 camera_path::trace(scene, pass, pixel, partners, &mut sink);
@@ -190,7 +187,7 @@ impl Sink for SplatSink<'_> {
         let x = (pixel.x as usize).wrapping_sub(self.window.origin[0] as usize);
         let y = (pixel.y as usize).wrapping_sub(self.window.origin[1] as usize);
         if x < self.window.width && y < self.window.height {
-            let pixel = (y * self.window.width + x) as u32;
+            let pixel = y % BAND_ROWS * self.window.width + x;
             self.splats[y / BAND_ROWS].push(Splat::new(pixel, sample));
         }
     }

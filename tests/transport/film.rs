@@ -185,7 +185,7 @@ fn what_is_not_finite_is_counted() {
         contribution: Rgb::new(red, 2.0, 3.0),
         weight,
     };
-    film.for_each_band(|band| {
+    film.iterate(|band| {
         if band.index == 1 {
             band.record(2, &sample(Technique::NextEvent, f32::NAN, 0.5));
             band.record(2, &sample(Technique::NextEvent, f32::INFINITY, 0.0));
@@ -193,7 +193,6 @@ fn what_is_not_finite_is_counted() {
             band.record(2, &sample(Technique::Connect, 1.0, 0.5));
         }
     });
-    film.end_iteration();
     let count = |t: Technique| film.dropped().0[t.index()];
     assert_eq!(Technique::all().map(count).collect::<Vec<_>>(), [0, 2, 0, 1, 0, 0, 0, 0, 0]);
     assert_eq!(film.dropped().total(), 3);
@@ -219,7 +218,7 @@ fn mean_weights_count_samples() {
         weight,
     };
     for iteration in 0..2 {
-        film.for_each_band(|band| {
+        film.iterate(|band| {
             if band.index == 0 && iteration == 0 {
                 for (contribution, weight) in
                     [(100.0, 0.75), (1.0, 0.0), (1e-3, 0.75), (0.0, 1.0), (f32::NAN, 1.0)]
@@ -228,7 +227,6 @@ fn mean_weights_count_samples() {
                 }
             }
         });
-        film.end_iteration();
     }
     let layers = film.layers();
     let of = |technique| &layers.iter().find(|(k, _)| *k == ImageKind::Weight { technique }).unwrap().1;

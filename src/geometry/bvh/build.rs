@@ -49,6 +49,7 @@ impl Bvh {
         if let Some(bvh) = Self::flat(primitives) {
             return bvh;
         }
+        crate::stage::begin(format!("building the tree of {} primitives", primitives.len()));
         let boxes: Vec<_> =
             primitives.par_iter().map(|(p, _)| p.bounds()).map(|b| ObvhsAabb::new(b.min, b.max)).collect();
         let bounds = primitives.par_iter().map(|(p, _)| p.bounds()).reduce_with(Aabb::union);

@@ -7,6 +7,7 @@ mod tests;
 
 use super::mesh::TriangleMesh;
 use crate::error::{Error, Result};
+use crate::stage;
 use std::path::Path;
 
 impl TriangleMesh {
@@ -19,7 +20,10 @@ impl TriangleMesh {
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        let read = || std::fs::read(path).map_err(|e| Error::io(path, "read the mesh", &e));
+        let read = || {
+            stage::begin(format!("reading {}", path.display()));
+            std::fs::read(path).map_err(|e| Error::io(path, "read the mesh", &e))
+        };
         match extension.as_deref() {
             Some("obj") => obj::parse(path, &read()?),
             Some("ply") => ply::parse(path, &read()?),

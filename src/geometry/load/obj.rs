@@ -6,6 +6,7 @@
 
 use super::super::mesh::TriangleMesh;
 use crate::error::{Error, Result};
+use crate::stage;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -50,6 +51,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh> {
 impl Obj {
     /// From the bytes of a file; `path` is for messages. Polygons become fans of triangles.
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+        stage::begin(format!("parsing {}, {} MB", path.display(), bytes.len() / 1_000_000));
         let pieces = pieces(bytes);
         let counts: Vec<Counts> = pieces.par_iter().map(|piece| Counts::of(&bytes[piece.clone()])).collect();
         let mut before = Vec::with_capacity(pieces.len());

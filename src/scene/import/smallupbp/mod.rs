@@ -41,6 +41,7 @@ struct Material {
 /// # Errors
 /// With file and line of what cannot be read.
 pub fn read(path: &Path) -> Result<Imported> {
+    crate::stage::begin(format!("reading {}", path.display()));
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => Error::file(path, "there is no such file"),
         _ => Error::io(path, "read it", &e),
