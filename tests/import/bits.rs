@@ -1,6 +1,6 @@
 //! A scene and what `import` writes of it render to the same pixels.
 
-use crate::{render, scene_path};
+use crate::{render, scene_path, shared};
 use std::path::Path;
 use tyndall::scene::file::{Overrides, from_import, load};
 use tyndall::scene::import::{Format, export};
@@ -41,6 +41,16 @@ fn a_smallupbp_scene_keeps_its_bits() {
 #[test]
 fn a_gltf_scene_keeps_its_bits() {
     assert_same_bits(&scene_path("table.gltf"), &["pt", "bpt"]);
+}
+
+/// Scenes that others made, where they are.
+#[test]
+fn shared_scenes_keep_their_bits() {
+    let Some(cases) = shared() else { return };
+    assert_same_bits(&cases.join("stilllife/stilllife.obj"), &["bpt", "upbp"]);
+    for name in ["surface_box", "fog_box", "index_matched_ball"] {
+        assert_same_bits(&cases.join("mitsuba").join(format!("{name}.xml")), &["bpt", "upbp"]);
+    }
 }
 
 /// The same scene as text and as a binary.
