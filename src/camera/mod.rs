@@ -78,6 +78,8 @@ pub struct Camera {
     lens_radius: f32,
     /// Distance of the focus plane; 1 for the pinhole, where it has no effect.
     focus: f32,
+    /// Distance of the plane where rays begin, along the viewing direction.
+    near: f32,
     /// How far film points keep from the frame's edge, in pixels, for a ray to be found inside in spite of rounding.
     margin: Vec2,
 }
@@ -101,6 +103,18 @@ impl Camera {
     /// Middle of the lens.
     pub fn position(&self) -> Vec3A {
         self.position
+    }
+
+    /// Distance in metres from the lens to where a ray in the unit direction `dir` (into the scene) begins: what is before
+    /// that is not there for the camera. 0 unless the camera has a near plane.
+    #[inline]
+    pub fn skipped(&self, dir: Vec3A) -> f32 {
+        self.near / dir.dot(self.forward)
+    }
+
+    /// The middle of the plane where rays begin.
+    pub fn near_point(&self) -> Vec3A {
+        self.position + self.forward * self.near
     }
 
     /// The lens's area in m²; `None` for the pinhole.

@@ -37,6 +37,9 @@ pub struct CameraSettings {
     pub to_world: Affine3A,
     /// A thin lens; `None` for the pinhole.
     pub lens: Option<Lens>,
+    /// Distance of the plane where rays begin, along the viewing direction in metres; 0: they begin at the lens. Surfaces and
+    /// media before it are not there for the camera.
+    pub near: f32,
 }
 
 /// The largest frame side that is accepted, in pixels.
@@ -129,6 +132,12 @@ impl Camera {
                 (radius, focus_distance)
             }
         };
+        if !(settings.near >= 0.0 && settings.near.is_finite()) {
+            return Err(format!(
+                "camera: the near plane's distance must not be negative, as {} is",
+                settings.near
+            ));
+        }
         let [right, up, backward] = orthonormal(&settings.to_world)?;
         let position = settings.to_world.translation;
 
@@ -158,6 +167,7 @@ impl Camera {
             inv_area,
             lens_radius,
             focus,
+            near: settings.near,
             margin,
         })
     }

@@ -10,6 +10,7 @@ fn settings(lens: Option<Lens>) -> CameraSettings {
         fov: 70.0,
         to_world: look_at(Vec3A::new(3.0, 1.0, -2.0), Vec3A::new(-0.5, 0.3, 0.4), Vec3A::Y).unwrap(),
         lens,
+        near: 0.0,
     }
 }
 

@@ -149,6 +149,7 @@ mod tests {
             fov: 40.0,
             to_world: Affine3A::IDENTITY,
             lens: None,
+            near: 0.0,
         });
         let set = TechniqueSet::of(&[Technique::Hit, Technique::NextEvent]);
         let mut film = Film::new(&camera.unwrap(), &Settings::new(set));

@@ -161,6 +161,7 @@ mod tests {
             fov: 40.0,
             to_world: Affine3A::IDENTITY,
             lens: None,
+            near: 0.0,
         })
         .unwrap();
         let mut settings =

@@ -171,14 +171,18 @@ impl FullPath {
     fn depths(&self, scene: &Scene, i: usize) -> (DVec3, DVec3) {
         let infinite = i == 0 && scene.lights.is_infinite(&self.light);
         // From x_{i+1} to x_i.
-        let start = self.position(i + 1, i);
         let dir = -self.direction(scene, i);
-        let length = if infinite { f64::INFINITY } else { start.distance(self.position(i, i)) };
+        let whole = self.position(i + 1, i);
+        // What is before the camera's near plane is not there.
+        let at_lens = self.place(i + 1, i).is_none();
+        let skipped = if at_lens { f64::from(scene.camera.skipped(dir.as_vec3a())) } else { 0.0 };
+        let start = whole + dir * skipped;
+        let length = if infinite { f64::INFINITY } else { whole.distance(self.position(i, i)) - skipped };
         // Where boundaries cut it: whether they matter or not, the points between say what is there.
         let mut cuts = vec![0.0];
         let mut ray = match self.place(i + 1, i) {
             Some(place) => place.spawn(dir.as_vec3a()),
-            None => Ray::new(self.lens, dir.as_vec3a()),
+            None => Ray::new(start.as_vec3a(), dir.as_vec3a()),
         };
         while let Some(hit) = scene.geometry.boundary(&ray) {
             let t = (d(hit.point.p) - start).dot(dir);

@@ -55,7 +55,7 @@ fn trace_in<S: Sink, const VOID: bool>(
     let (u_film, u_lens) = (random.next_2d(), random.next_2d());
     let ray = scene.camera.sample_ray(pixel, u_film, u_lens);
     sink.start(&Start::Lens(ray.origin));
-    let flight = Flight::from_lens(scene, pass, Ray::new(ray.origin, ray.dir), ray.pdf);
+    let flight = Flight::from_lens(scene, pass, &ray);
     let on = |t| pass.on(t);
     let mut path = CameraPath::<S, VOID> {
         scene,

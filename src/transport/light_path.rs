@@ -113,6 +113,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         Flight {
             ray: Ray::new(origin, emission.dir),
             from: emission.origin,
+            skipped: 0.0,
             inside: self.scene.inside_at_light(&self.light, emission.dir),
             rate: Rgb::ONE,
             throughput: emission.radiance * (cosine / (emission.pdf_pos * emission.pdf_dir)),
@@ -145,14 +146,18 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let camera = &self.scene.camera;
         let lens = camera.sample_lens(u);
         let infinite = lights.is_infinite(&self.light);
-        let (dir, falloff) = if infinite {
-            (self.light.n, 1.0)
+        let (dir, distance, falloff) = if infinite {
+            (self.light.n, f32::INFINITY, 1.0)
         } else {
             let d = self.light.p - lens;
             let d2 = d.length_squared();
-            (d / d2.sqrt(), 1.0 / d2)
+            (d / d2.sqrt(), d2.sqrt(), 1.0 / d2)
         };
         let Some(pixel) = camera.pixel_of(lens, dir) else { return };
+        let skipped = camera.skipped(dir);
+        if distance <= skipped {
+            return;
+        }
         let geometry = lights.cos_at_light(&self.light, -dir) * falloff;
         let radiance = lights.emitted(&self.light, -dir);
         let reverse = camera.pdf_direction(lens, dir) * geometry;
@@ -162,9 +167,9 @@ impl<'a, S: Sink> LightPath<'a, S> {
             return;
         }
         let ray = if infinite {
-            Ray::new(lens, dir)
+            Ray::new(lens + dir * skipped, dir)
         } else {
-            shadow_ray(lens, None, self.light.p, self.light.surface_normal())
+            shadow_ray(lens + dir * skipped, None, self.light.p, self.light.surface_normal())
         };
         let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
         let contribution = contribution * passage.transmittance;
@@ -194,6 +199,10 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let d2 = to_vertex.length_squared();
         let dir = to_vertex / d2.sqrt();
         let Some(pixel) = camera.pixel_of(lens, dir) else { return };
+        let skipped = camera.skipped(dir);
+        if d2.sqrt() <= skipped {
+            return;
+        }
         let Some(scattering) = vertex.scatter(self.scene, self.pass, vertex.to_previous, -dir) else {
             return;
         };
@@ -202,7 +211,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let ray = shadow_ray(lens, None, position, vertex.place.normal());
+        let ray = shadow_ray(lens + dir * skipped, None, position, vertex.place.normal());
         let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {

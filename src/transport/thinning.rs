@@ -35,7 +35,6 @@ use super::settings::{Connections, Settings};
 use super::technique::{Technique, TechniqueSet};
 use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
-use crate::geometry::Ray;
 use crate::math::{Stream, StreamKind};
 use crate::scene::{Arrival, Scene};
 
@@ -119,7 +118,7 @@ fn shares(scene: &Scene, settings: &Settings) -> Vec<f32> {
         // The seed is no part of it: independent runs shall have the same techniques.
         let mut random = Stream::new(0, PILOT, StreamKind::Other, i as u64);
         let ray = scene.camera.sample_ray(pixel, random.next_2d(), random.next_2d());
-        let flight = Flight::from_lens(scene, &pass, Ray::new(ray.origin, ray.dir), ray.pdf);
+        let flight = Flight::from_lens(scene, &pass, &ray);
         walk::<false, _>(scene, &pass, LENGTH, flight, &mut random, &mut counter);
         counter.end_path();
     }

@@ -6,6 +6,7 @@ use super::merge::{Arm, Beams};
 use super::mis::{Link, Pending};
 use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
+use crate::camera::CameraRay;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::{Frame, Rgb, Stream};
 use crate::medium::{Passage, PhaseSample};
@@ -19,6 +20,8 @@ pub struct Flight {
     pub ray: Ray,
     /// Where the edge starts.
     pub from: Vec3A,
+    /// How far the ray begins from there (metres): not at all but for the camera's near plane.
+    pub skipped: f32,
     /// The solids that it starts in.
     pub inside: Inside,
     /// What turns the free-flight factor of the edge into that of its start, as the other subpath samples it
@@ -303,16 +306,18 @@ pub fn walk<const VOID: bool, V: Visitor>(
 }
 
 impl Flight {
-    /// A camera subpath's first, of a ray whose density is `pdf`.
+    /// A camera subpath's first.
     #[inline]
-    pub fn from_lens(scene: &Scene, pass: &Pass, ray: Ray, pdf: f32) -> Self {
+    pub fn from_lens(scene: &Scene, pass: &Pass, ray: &CameraRay) -> Self {
+        let skipped = scene.camera.skipped(ray.dir);
         Self {
-            ray,
+            ray: Ray::new(ray.origin + ray.dir * skipped, ray.dir),
             from: ray.origin,
+            skipped,
             inside: scene.camera_inside,
             rate: Rgb::ONE,
             throughput: Rgb::ONE,
-            pdf,
+            pdf: ray.pdf,
             cosine: 1.0,
             infinite: false,
             specular: false,
@@ -405,7 +410,7 @@ fn arrive<V: Visitor>(
     let length = flight.length + 1;
     let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
     let at = (place.rate(), place.cosine(flight.ray.dir));
-    let (link, beam) = flight.link(pass, V::MODE, arrival.distance, passage, at, count);
+    let (link, beam) = flight.link(pass, V::MODE, arrival.distance + flight.skipped, passage, at, count);
     let (outside, beam) = match &place {
         Place::Surface(point) => (scene.solids.outside_index(point.shape, &arrival.inside), 0.0),
         Place::Medium(_) => (0.0, beam),
@@ -482,6 +487,7 @@ fn leave_surface<V: Visitor>(
     Some(Flight {
         ray: point.spawn(dir),
         from: point.p,
+        skipped: 0.0,
         inside: vertex.inside_toward(scene, dir),
         rate: Rgb::ONE,
         throughput: vertex.throughput * sample.weight * (adjoint / continuation),
@@ -523,6 +529,7 @@ fn leave_collision<V: Visitor>(
     Some(Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
+        skipped: 0.0,
         inside: vertex.inside,
         rate: collision.coefficients.sigma_t,
         throughput: vertex.throughput * collision.coefficients.sigma_s * (weight / continuation),

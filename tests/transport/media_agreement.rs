@@ -32,6 +32,14 @@ fn endless_fog_agrees() {
     agree("fog", &scenes::load("fog"), 16, 0.03, &["bpt", "pt,lens", "pt,lens"]);
 }
 
+/// The same fog, which the camera sees from a plane before the lens on.
+#[test]
+fn fog_before_the_near_plane_is_not_there() {
+    let near = "lens_radius = 0.05\nnear = 1.2";
+    let scene = scenes::load_with("fog", "lens_radius = 0.05", near);
+    agree("fog from the near plane", &scene, 16, 0.03, &["bpt", "pt,lens"]);
+}
+
 /// The same fog with empty bubbles about both: any set with next-event estimation, which alone finds the point light's fog
 /// in the mirror.
 #[test]

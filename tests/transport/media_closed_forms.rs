@@ -34,8 +34,13 @@ const ABSORPTION: [f64; 3] = [0.25, 1.0, 3.0];
 
 /// A lamp that fills the view, behind a slab of 0.5 m that absorbs; what else is in the scene in `more`.
 fn slab(fov: f64, more: &str) -> Scene {
+    slab_from(0.0, fov, more)
+}
+
+/// The same, with the camera's near plane so far ahead.
+fn slab_from(near: f64, fov: f64, more: &str) -> Scene {
     scenes::of(&format!(
-        "[film]\nwidth = 16\nheight = 16\n[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nfov = {fov}\n\
+        "[film]\nwidth = 16\nheight = 16\n[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nfov = {fov}\nnear = {near}\n\
          [medium.smoked]\nsigma_a = {ABSORPTION:?}\nsigma_s = 0\n[material.nothing]\nnull = {{}}\n\
          [[shape]]\nrectangle = {{ corner = [-3, -3, -1], u = [6, 0, 0], v = [0, 6, 0] }}\nemission = [1, 2, 3]\n\
          [[shape]]\nbox = {{ min = [-4, -4, -0.3], max = [4, 4, 0.2] }}\nmaterial = 'nothing'\ninterior = 'smoked'\n{more}"
@@ -62,6 +67,22 @@ fn an_absorbing_slab_dims_exactly() {
     for (names, iterations, detectable) in [("pt", 16, 0.002), ("bpt", 32, 0.005), ("lt", 512, 0.01)] {
         let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
         means.assert_same(&Means::known(&exact), &format!("absorbing slab, {names}"), detectable);
+    }
+}
+
+/// Rays begin at the near plane, within the slab: what they cross before it dims nothing, and a wall there hides nothing.
+#[test]
+fn what_is_before_the_near_plane_is_not_there() {
+    let wall = "[material.black]\ndiffuse = { reflectance = 0 }\n[[shape]]\n\
+                rectangle = { corner = [-1, -1, 1], u = [2, 0, 0], v = [0, 2, 0] }\nmaterial = 'black'\n";
+    let scene = slab_from(2.0, 50.0, wall);
+    let exact = expected(&scene, |dir| {
+        let depth = 0.3 / f64::from(-dir.z);
+        std::array::from_fn(|c| (c + 1) as f64 * (-depth * ABSORPTION[c]).exp())
+    });
+    for (names, iterations, detectable) in [("hit", 16, 0.002), ("bpt", 32, 0.005), ("lens", 512, 0.01)] {
+        let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
+        means.assert_same(&Means::known(&exact), &format!("from the near plane, {names}"), detectable);
     }
 }
 

@@ -97,6 +97,7 @@ pub fn all() -> impl Iterator<Item = (&'static str, Scene)> {
     ["surfaces", "glass", "lights", "environment", "furnace", "fog", "balls", "drink", "furnace_fog"]
         .into_iter()
         .map(|name| (name, load(name)))
+        .chain([("fog from the near plane", load_with("fog", "fov = 50", "fov = 50\nnear = 1.2"))])
 }
 
 /// Techniques that can make no path in a scene.

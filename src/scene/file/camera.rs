@@ -44,6 +44,7 @@ pub(super) fn build(
         fov: fov.map_or(DEFAULT_FOV, |fov| fov.get_ref().get()),
         to_world,
         lens,
+        near: def.near.map_or(0.0, |d| d.get()),
     };
     context.at(fov.map_or(spanned.span(), Spanned::span), Camera::new(&settings))
 }

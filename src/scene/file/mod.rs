@@ -157,7 +157,7 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
         texture_bytes: textures.bytes(),
         defaults,
     };
-    let (media, camera_inside) = (media.all, solids.at(&geometry, camera.position()));
+    let (media, camera_inside) = (media.all, solids.at(&geometry, camera.near_point()));
     let light_inside = lights.lights().iter().map(|l| inside_of_light(l, &solids, &geometry)).collect();
     Ok(Scene {
         name: file.name.unwrap_or_else(|| name_of(source.path())),

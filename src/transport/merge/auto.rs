@@ -137,7 +137,11 @@ fn footprint(scene: &Scene) -> Option<f32> {
     for (i, pixel) in pilot::pixels(scene, pilot::GRID).enumerate() {
         let mut random = Stream::new(0, PILOT, StreamKind::Other, i as u64);
         let ray = camera.sample_ray(pixel, Vec2::splat(0.5), random.next_2d());
-        let arrival = scene.fly(&Ray::new(ray.origin, ray.dir), scene.camera_inside, &mut random);
+        let arrival = scene.fly(
+            &Ray::new(ray.origin + ray.dir * camera.skipped(ray.dir), ray.dir),
+            scene.camera_inside,
+            &mut random,
+        );
         if !matches!(arrival.end, End::Open) {
             footprints.push(arrival.distance / (ray.pdf * pixels).sqrt());
         }

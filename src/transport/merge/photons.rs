@@ -259,7 +259,7 @@ pub fn parts<'a>(
         if length <= 0.0 {
             return;
         }
-        part(&Stretch { length, ..*stretch });
+        part(&Stretch { start: stretch.start + flight.skipped, length, ..*stretch });
     });
 }
 

@@ -194,6 +194,7 @@ impl Beam {
         Flight {
             ray: Ray::new(self.origin.into(), self.dir.into()),
             from: self.origin.into(),
+            skipped: 0.0,
             inside: Inside::NOTHING,
             rate: Rgb::from(self.rate),
             throughput: Rgb::from(self.throughput),

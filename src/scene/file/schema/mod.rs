@@ -89,6 +89,9 @@ pub struct CameraDef {
     pub lens_radius: Option<NonNegative>,
     /// Distance from the lens to the plane in focus, along the view direction; default: that of the target.
     pub focus_distance: Option<Positive>,
+    /// Distance of the plane where rays begin, along the view direction: surfaces and media before it are not there for the
+    /// camera, only for light. Default 0: rays begin at the lens.
+    pub near: Option<NonNegative>,
 }
 
 /// Which side of the image a field of view spans.

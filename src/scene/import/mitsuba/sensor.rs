@@ -56,20 +56,12 @@ impl Translator<'_> {
                 return Err(sensor.unsupported(&format!("`{shift}` is not supported")));
             }
         }
-        for clip in ["near_clip", "far_clip"] {
-            if let Some(clip) = sensor.property(clip) {
-                self.document.warn(&clip.place, "nothing is clipped away before or behind the camera");
-            }
+        if let Some(clip) = sensor.property("far_clip") {
+            self.document.warn(&clip.place, "nothing is clipped away behind the scene");
         }
-        if sensor.property("medium").is_some() {
-            let near = sensor.number_or("near_clip", 0.01)?;
-            self.document.warn(
-                &sensor.place,
-                format!(
-                    "the medium about the camera begins at the lens; Mitsuba leaves the first {near} of it out (`near_clip`), \
-                     which makes its picture brighter: by exp({near} sigma_t) where the light comes from behind that"
-                ),
-            );
+        let near = sensor.number_or("near_clip", 0.01)?;
+        if near <= 0.0 {
+            return Err(sensor.error(format!("`near_clip` is {near}; it must be positive")));
         }
         if sensor.property("srf").is_some() {
             return Err(sensor.unsupported("a spectral response `srf` is not supported"));
@@ -92,6 +84,7 @@ impl Translator<'_> {
         self.document.line(format!("target = {}", array(&target.to_array())));
         self.document.line(format!("up = {}", array(&m.y_axis.to_array())));
         self.document.line(format!("fov = {}\nfov_axis = \"{axis}\"", number(fov)));
+        self.document.line(format!("near = {}", number(near)));
         if lens {
             let radius = sensor.property("aperture_radius");
             let radius =
