@@ -126,6 +126,7 @@ impl Unit {
     ) -> Self {
         let Settings {
             techniques,
+            left_out,
             heuristic,
             connections,
             merging,
@@ -141,7 +142,7 @@ impl Unit {
         let words =
             format!("{techniques} {heuristic:?} {connections:?} {merging:?} {min_length} {max_length}");
         hasher.field(words.as_bytes()).field(&paths.fingerprint());
-        hasher.field(format!("{seed} {layers:?} {pyramid}").as_bytes()).field(ends.as_bytes());
+        hasher.field(format!("{seed} {layers:?} {pyramid} {left_out}").as_bytes()).field(ends.as_bytes());
         let key = hasher.hex();
         let name = format!("{}-{estimator}-{run:02}-{}", scene.0, &key[..16]);
         Self { folder: out.join(FOLDER).join(name), key }

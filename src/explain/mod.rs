@@ -39,7 +39,7 @@ pub fn exponent(heuristic: Heuristic) -> f64 {
 /// Every technique that could have made a path, with its weight both ways.
 pub fn candidates(verdict: &Verdict, beta: f64) -> Vec<Candidate> {
     let weights = Recursion::new(verdict, beta);
-    let possible = verdict.techniques().filter(|t| verdict.density(*t) > 0.0);
+    let possible = verdict.techniques().filter(|t| verdict.log_density(*t) > f64::NEG_INFINITY);
     let candidate = |made_by| Candidate {
         made_by,
         density: verdict.density(made_by),
@@ -73,16 +73,7 @@ impl Recursion {
         let raise = |values: &[f64]| -> Vec<f64> { values.iter().map(|x| x.powf(beta)).collect() };
         let (p, r, c) = (raise(&verdict.p), raise(&verdict.r), raise(&verdict.c));
         let count = p.len();
-        let merges: Vec<_> = verdict
-            .merges
-            .iter()
-            .map(|(t, i, density)| {
-                // Quotient by quotient: products of densities of long paths overflow.
-                let alone =
-                    verdict.p[..=*i].iter().product::<f64>() * verdict.r[*i..].iter().product::<f64>();
-                (*t, *i, if alone > 0.0 { (density / alone).powf(beta) } else { 0.0 })
-            })
-            .collect();
+        let merges: Vec<_> = verdict.merges.iter().map(|(t, i, m)| (*t, *i, m.powf(beta))).collect();
         let mut m = vec![0.0; count];
         merges.iter().for_each(|(_, i, value)| m[*i] += value);
         let (mut w, mut v) = (vec![0.0; count], vec![0.0; count]);
@@ -122,13 +113,8 @@ mod tests {
         let p: Vec<f64> = vec![2.0, 0.5, 3.0, 0.25, 1.5];
         let r: Vec<f64> = vec![0.2, 4.0, 1.5, 0.7, 1.0];
         let c = vec![1.0, 0.3, 0.0, 1.0, 1.0];
-        let product = |s: usize| p[..s].iter().product::<f64>() * r[s..].iter().product::<f64>();
-        let densities = (0..5).map(|s| c[s] * product(s)).collect();
-        let merge = |i: usize, m: f64| {
-            (Technique::Surface, i, m * p[..=i].iter().product::<f64>() * r[i..].iter().product::<f64>())
-        };
-        let merges = vec![merge(1, 0.4), merge(3, 2.0)];
-        Verdict { contribution: DVec3::ONE, densities, merges, p, r, c }
+        let merges = vec![(Technique::Surface, 1, 0.4), (Technique::Surface, 3, 2.0)];
+        Verdict { contribution: DVec3::ONE, merges, p, r, c }
     }
 
     #[test]

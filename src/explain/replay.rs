@@ -26,7 +26,7 @@ pub struct Found {
     pub sample: Sample,
     /// Luminance of what it adds to the pixel in its iteration.
     pub luminance: f32,
-    /// The whole path; none of what glows in a medium, which no one weighs.
+    /// The whole path; none of what glows in a medium, which no one weighs, and of merges on a wall.
     pub traced: Option<Traced>,
 }
 
@@ -75,16 +75,12 @@ impl<'a> Replay<'a> {
 
     /// The constants of an iteration, as the render had them.
     pub fn pass(&self, iteration: u64) -> Pass {
-        let settings = self.renderer.settings();
-        let size = self.scene.camera.size();
-        let gathers = self.renderer.gathers().at(iteration, &settings.merging);
-        let partners = u64::from(size.x) * u64::from(size.y);
-        Pass::new(*settings, iteration, gathers, partners, self.renderer.thinning().clone())
+        self.renderer.pass(iteration)
     }
 
     /// Every sample that an iteration adds to the pixel.
     pub fn iteration(&self, iteration: u64) -> Vec<Found> {
-        let (scene, settings, pass) = (self.scene, self.renderer.settings(), self.pass(iteration));
+        let (scene, settings, pass) = (self.scene, self.renderer.active(), self.pass(iteration));
         let partners = if settings.needs_partners() { pass.partners } else { 0 };
         let paths = if settings.needs_light_paths() { partners.max(pass.merged_paths()) } else { 0 };
         let walked: Vec<(Stored, OnPixel)> = (0..paths.div_ceil(CHUNK))
@@ -150,7 +146,7 @@ impl<'a> Replay<'a> {
             iteration,
             sample: *sample,
             luminance: (sample.contribution * sample.weight).luminance(),
-            traced: weighed.then(|| whole_path(self.scene, light, camera, sample, joint)),
+            traced: weighed.then(|| whole_path(self.scene, light, camera, sample, joint)).flatten(),
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::oracle::collect::Traced;
 use crate::oracle::{MadeBy, judge};
 use crate::scene::Scene;
 use crate::transport::settings::Settings;
+use crate::transport::technique::Technique;
 use crate::transport::walk::Place;
 use glam::Vec3A;
 use std::fmt::Write;
@@ -47,6 +48,9 @@ pub fn text(
     }
     match found.get(path - 1) {
         None => text.push_str("\nThere is no such path among them.\n"),
+        Some(Found { traced: None, sample, .. }) if sample.technique != Technique::Hit => {
+            text.push_str("\nThis one was merged on a wall, where by rounding no medium is: nothing can be said of it.\n");
+        }
         Some(Found { traced: None, .. }) => {
             text.push_str("\nThis one is light that a medium emits along the camera's way: no other technique makes it.\n");
         }

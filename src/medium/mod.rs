@@ -217,6 +217,14 @@ impl Medium {
         }
     }
 
+    /// How many cells of a grid lie along a way of this length (metres); 0 where it is the same everywhere.
+    pub fn cells(&self, length: f32) -> f32 {
+        match self {
+            Self::Homogeneous(_) => 0.0,
+            Self::Varying(m) => m.cells(length),
+        }
+    }
+
     /// For people.
     pub fn summary(&self) -> MediumSummary {
         match self {

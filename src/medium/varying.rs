@@ -68,6 +68,8 @@ pub struct Varying {
 
 /// Cells that a ray crosses between two depths that are kept along a beam, about.
 const CELLS: f64 = 4.0;
+/// An optical depth by a formula takes as long as so many cells.
+const FORMULA: f32 = 4.0;
 /// Depths that are kept along a beam at most.
 const MOST: f32 = 512.0;
 
@@ -354,6 +356,16 @@ impl Varying {
             }
         }
         radiance
+    }
+
+    /// How many cells lie along a way of this length; of what is given by a formula, as many as that takes the time of.
+    pub(super) fn cells(&self, length: f32) -> f32 {
+        let voxel = match &self.extinction {
+            Extinction::Scaled(Density::Height(_), _) => return FORMULA,
+            Extinction::Scaled(Density::Grid(grid), _) => grid.voxel(),
+            Extinction::Colored(grid) => grid.voxel(),
+        };
+        (f64::from(length) / voxel) as f32
     }
 
     /// Adds depths along a beam to `depths`, from which [`Self::depth_along`] finds those between.

@@ -51,10 +51,11 @@ impl Traced {
     }
 }
 
-/// A collision at `p`, where the scene says what medium is there, with the coefficients at `of`.
-fn collision(scene: &Scene, p: Vec3A, of: Vec3A) -> Place {
+/// A collision at `p`, where the scene says what medium is there, with the coefficients at `of`; `None` where there is none.
+fn collision(scene: &Scene, p: Vec3A, of: Vec3A) -> Option<Place> {
     let medium = scene.solids.medium(&scene.solids.at(&scene.geometry, p));
-    Place::Medium(Collision { p, coefficients: scene.media[medium as usize].coefficients(of), medium })
+    let coefficients = scene.media.get(medium as usize)?.coefficients(of);
+    Some(Place::Medium(Collision { p, coefficients, medium }))
 }
 
 fn light_start(recorder: &Recorder) -> LightPoint {
@@ -64,7 +65,8 @@ fn light_start(recorder: &Recorder) -> LightPoint {
     }
 }
 
-/// The whole path that a sample stands for, from the light and the camera subpath that made it.
+/// The whole path that a sample stands for, from the light and the camera subpath that made it. `None` where a merge along a beam
+/// lies on a wall, so that by rounding no medium is there.
 ///
 /// # Panics
 /// Where they did not make it, or where a medium's glow did.
@@ -74,7 +76,7 @@ pub fn whole_path(
     camera: &Recorder,
     sample: &Sample,
     joint: &Joint,
-) -> Traced {
+) -> Option<Traced> {
     let (s, t) = (sample.s as usize, sample.t as usize);
     let x0 = match joint {
         Joint::Hit(point) | Joint::NextEvent(point) => *point,
@@ -105,16 +107,19 @@ pub fn whole_path(
         let light_place = if point_of_light {
             light.vertices[s - 1].place
         } else {
-            collision(scene, meeting.light, meeting.camera)
+            collision(scene, meeting.light, meeting.camera)?
         };
         // See `transport::merge`: the coefficients are those of the point, where one of them is one.
         let of = if point_of_light { meeting.light } else { meeting.camera };
-        let camera_place =
-            if point_of_camera { camera.vertices[t - 2].place } else { collision(scene, meeting.camera, of) };
+        let camera_place = if point_of_camera {
+            camera.vertices[t - 2].place
+        } else {
+            collision(scene, meeting.camera, of)?
+        };
         interior = light.vertices[..s - 1].iter().map(|v| v.place).collect();
         interior.push(camera_place);
         interior.extend(camera.vertices[..t - 2].iter().rev().map(|v| v.place));
         merged = Some((s, light_place));
     }
-    Traced { path: FullPath { light: x0, interior, lens, merged }, sample: *sample }
+    Some(Traced { path: FullPath { light: x0, interior, lens, merged }, sample: *sample })
 }

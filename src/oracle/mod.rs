@@ -1,7 +1,8 @@
 //! The oracle (transport.md, 5): every technique that could have made a whole path, with its density, from the
 //! definitions and by loops over the path, in f64.
 //!
-//! It judges the renderer in the tests, and explains single paths to people ([`crate::explain`]); no render runs it. It shares the evaluations of BSDFs, phase functions, media, lights and the camera with the renderer, and none of the
+//! It judges the renderer in the tests, explains single paths to people ([`crate::explain`]), and tells the pilot that chooses radii and
+//! counts who else could have made a path ([`crate::transport::merge::evidence`]); no iteration of a render runs it. It shares the evaluations of BSDFs, phase functions, media, lights and the camera with the renderer, and none of the
 //! weight code. Which media an edge crosses it finds out from points on the edge, where the renderer counts crossings.
 
 // Formulas keep the indices that they have on paper.
@@ -49,41 +50,48 @@ pub enum MadeBy {
 pub struct Verdict {
     /// The path's contribution to its pixel, RGB, without 1/pixels.
     pub contribution: DVec3,
-    /// Density of technique s, times its number of samples, for s = 0 … k; 0 where it is off or impossible.
-    pub densities: Vec<f64>,
-    /// The same of each merge that is on and possible, with its vertex.
+    /// M_i,v of each merge that is on and possible, with its vertex.
     pub merges: Vec<(Technique, usize, f64)>,
     /// p_i, i = 0 … k.
     pub p: Vec<f64>,
     /// r_i.
     pub r: Vec<f64>,
-    /// c_i.
+    /// c_i, i = 0 … k; 0 where the technique is off or impossible.
     pub c: Vec<f64>,
 }
 
 impl Verdict {
     /// Density of a technique, times its number of samples.
     pub fn density(&self, made_by: MadeBy) -> f64 {
-        match made_by {
-            MadeBy::Connection(s) => self.densities[s],
-            MadeBy::Merge(technique, i) => {
-                let found = self.merges.iter().find(|(t, vertex, _)| (*t, *vertex) == (technique, i));
-                found.map_or(0.0, |(_, _, density)| *density)
-            }
-        }
+        self.log_density(made_by).exp()
     }
 
-    /// All techniques with a density.
+    /// Its logarithm, as the densities of long paths in dense media are more than an f64 holds; -∞ where there is none.
+    pub fn log_density(&self, made_by: MadeBy) -> f64 {
+        let log = |x: &f64| x.ln();
+        let (own, light, camera) = match made_by {
+            MadeBy::Connection(s) => (self.c[s], &self.p[..s], &self.r[s..]),
+            MadeBy::Merge(technique, i) => {
+                let found = self.merges.iter().find(|(t, vertex, _)| (*t, *vertex) == (technique, i));
+                (found.map_or(0.0, |(_, _, m)| *m), &self.p[..=i], &self.r[i..])
+            }
+        };
+        if own == 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        own.ln() + light.iter().chain(camera).map(log).sum::<f64>()
+    }
+
+    /// All techniques that are on, possible or not.
     pub fn techniques(&self) -> impl Iterator<Item = MadeBy> + '_ {
         let merges = self.merges.iter().map(|(t, i, _)| MadeBy::Merge(*t, *i));
-        (0..self.densities.len()).map(MadeBy::Connection).chain(merges)
+        (0..self.c.len()).map(MadeBy::Connection).chain(merges)
     }
 
     /// The weight of a technique under the power heuristic with exponent `beta`.
     pub fn weight(&self, made_by: MadeBy, beta: f64) -> f64 {
-        // Scaled by the largest, so that nothing overflows.
-        let largest = self.techniques().map(|t| self.density(t)).fold(0.0, f64::max);
-        let power = |t: MadeBy| (self.density(t) / largest).powf(beta);
+        let largest = self.techniques().map(|t| self.log_density(t)).fold(f64::NEG_INFINITY, f64::max);
+        let power = |t: MadeBy| (beta * (self.log_density(t) - largest)).exp();
         power(made_by) / self.techniques().map(power).sum::<f64>()
     }
 }
@@ -325,7 +333,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
         *count = if s == 0 {
             if on(Technique::Hit) && lights.is_hittable(&path.light) { 1.0 } else { 0.0 }
         } else if s == k {
-            let seen = k > 1 || lights.is_hittable(&path.light);
+            let seen = k > 1 || (lights.is_hittable(&path.light) && pass.thinning.direct());
             if on(Technique::Lens) && seen { 1.0 } else { 0.0 }
         } else if s == 1 {
             let x1 = path.position(1, 0).as_vec3a();
@@ -365,13 +373,9 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
                 Technique::BeamBeam if in_medium => n * 2.0 * r0 * sine * light * camera,
                 _ => continue,
             };
-            let density = p[..=i].iter().product::<f64>() * r[i..].iter().product::<f64>() * m;
-            merges.push((technique, i, density));
+            merges.push((technique, i, m));
         }
     }
-    let densities =
-        (0..=k).map(|s| c[s] * p[..s].iter().product::<f64>() * r[s..].iter().product::<f64>()).collect();
-
     // f: emission, the geometry terms, the interior values, and the importance of a pixel, which times the cosine
     // at the lens is the camera's density (its r_k, 1 here, takes the place of 1 / lens area).
     let mut contribution = d(lights.emitted(&path.light, out));
@@ -383,5 +387,5 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
         contribution *= at(i).value;
     }
     contribution *= f64::from(scene.camera.pdf_direction(path.lens, lens_dir));
-    Verdict { contribution, densities, merges, p, r, c }
+    Verdict { contribution, merges, p, r, c }
 }

@@ -72,6 +72,10 @@ pub struct ResolvedMerging {
     pub camera_beams: Beams,
     /// Whether camera subpaths end at their first vertex that is not specular.
     pub first: bool,
+    /// Techniques that are off, as they are not worth what they cost in this scene.
+    pub left_out: Vec<String>,
+    /// By medium, the probability with which camera subpaths go on from a collision at most; none where it is 1 in all.
+    pub continuations: Vec<f32>,
     /// By the technique's key; those that are on.
     pub techniques: BTreeMap<String, ResolvedGather>,
 }
@@ -94,13 +98,16 @@ impl ResolvedMerging {
             return None;
         }
         let MergeSettings { kernel, photon_beams, camera_beams, first, .. } = settings.merging;
-        let gathers = auto::resolve(scene, settings).gathers;
+        let chosen = auto::resolve(scene, settings);
         let of = |t: Technique| {
-            let GatherNow { radius, paths } = *gathers.of(t);
+            let GatherNow { radius, paths } = *chosen.gathers.of(t);
             (t.info().key.to_owned(), ResolvedGather { radius, alpha: settings.merging.of(t).alpha, paths })
         };
-        let techniques = MERGES.into_iter().filter(|t| settings.techniques.has(*t)).map(of).collect();
-        Some(Self { kernel, photon_beams, camera_beams, first, techniques })
+        let merges = settings.techniques.without(chosen.left_out);
+        let techniques = MERGES.into_iter().filter(|t| merges.has(*t)).map(of).collect();
+        let left_out = chosen.left_out.iter().map(|t| t.info().key.to_owned()).collect();
+        let continuations = chosen.thinning.continuations;
+        Some(Self { kernel, photon_beams, camera_beams, first, techniques, left_out, continuations })
     }
 }
 

@@ -146,6 +146,9 @@ fn thinned(scene: &Scene, renderer: &Renderer) -> Vec<(&'static str, String)> {
         let line = format!("share of the connections: {}", shares.join(", "));
         lines.push((Technique::Connect.info().key, line));
     }
+    if thinning.only_hit {
+        lines.push((Technique::Lens.info().key, "not for lights as they are seen directly".to_owned()));
+    }
     if !continuations.is_empty() {
         let line = format!("camera subpaths go on with at most {}", continuations.join(", "));
         lines.push(("camera_continuation", line));
@@ -158,9 +161,12 @@ fn gathered(renderer: &Renderer) -> Vec<(&'static str, String)> {
     let settings = renderer.settings();
     let on = MERGES.into_iter().filter(|t| settings.techniques.has(*t));
     on.map(|t| {
+        if renderer.left_out().has(t) {
+            return (t.info().key, "left out, as it is not worth what it costs here".to_owned());
+        }
         let now = renderer.gathers().of(t);
         let alpha = settings.merging.of(t).alpha;
-        let bound = match renderer.left_out(t) {
+        let bound = match renderer.no_room(t) {
             0 => String::new(),
             n => format!(" (of {}: there is no room for more)", now.paths + n),
         };

@@ -80,7 +80,8 @@ fn place(kind: Kind) -> usize {
     KINDS.iter().position(|k| *k == kind).expect("every kind is there")
 }
 
-/// The techniques of an image with layers, by the order of the table; contributions at 2^`stops`, images at most `side`
+/// The techniques of an image with layers, by the order of the table, but for those that made nothing, as they were left out or had
+/// nothing to do; contributions at 2^`stops`, images at most `side`
 /// pixels wide and high.
 pub(super) fn rows<'a>(layers: &'a LayeredImage, combined: &Image, stops: f32, side: usize) -> Vec<Row<'a>> {
     let total = energy(combined);
@@ -101,7 +102,8 @@ pub(super) fn rows<'a>(layers: &'a LayeredImage, combined: &Image, stops: f32, s
             key,
         }
     };
-    families(layers).into_par_iter().map(row).collect()
+    let made = |row: &Row| row.share != 0.0 || row.unweighted != 0.0;
+    families(layers).into_par_iter().map(row).filter(made).collect()
 }
 
 /// Weights in false colour from 0 to 1.

@@ -151,7 +151,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let pdf_position = lights.pdf_position(geometry, light);
         // c_1: next-event estimation at x_1, or light tracing where x_1 is the lens.
         let count = if length == 1 {
-            self.lens
+            if self.pass.thinning.direct() { self.lens } else { 0.0 }
         } else if flight.specular || !self.next_event {
             0.0
         } else {

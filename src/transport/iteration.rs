@@ -9,7 +9,7 @@ use super::merge::{Gathers, place_of};
 use super::pass::Pass;
 use super::settings::Settings;
 use super::sink::{Joint, Sink};
-use super::technique::Technique;
+use super::technique::{Technique, TechniqueSet};
 use super::thinning::Thinning;
 use crate::error::Result;
 use crate::film::{BAND_ROWS, Band, Film, Sample, Splat};
@@ -37,9 +37,9 @@ pub struct IterationStats {
 pub struct Renderer<'a> {
     scene: &'a Scene,
     settings: Settings,
-    /// How merges gather in the first iteration.
+    /// The same without the techniques that were left out.
+    active: Settings,
     chosen: Chosen,
-    thinning: Thinning,
     chunks: Vec<Stored>,
 }
 
@@ -48,9 +48,9 @@ impl<'a> Renderer<'a> {
     /// Settings that make no sense.
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
-        let mut thinning = Thinning::of(scene, &settings);
-        let chosen = auto::resolve_with(scene, &settings, &mut thinning);
-        Ok(Self { scene, settings, chosen, thinning, chunks: Vec::new() })
+        let chosen = auto::resolve(scene, &settings);
+        let active = Settings { techniques: settings.techniques.without(chosen.left_out), ..settings };
+        Ok(Self { scene, settings, active, chosen, chunks: Vec::new() })
     }
 
     /// How merges gather in the first iteration, with what was chosen where the settings left it open.
@@ -62,45 +62,55 @@ impl<'a> Renderer<'a> {
     ///
     /// # Panics
     /// For a technique that does not merge.
-    pub fn left_out(&self, technique: Technique) -> u64 {
-        self.chosen.left_out[place_of(technique).expect("a merge")]
+    pub fn no_room(&self, technique: Technique) -> u64 {
+        self.chosen.no_room[place_of(technique).expect("a merge")]
+    }
+
+    /// Techniques that were asked for and are off, as they are not worth what they cost.
+    pub fn left_out(&self) -> TechniqueSet {
+        self.chosen.left_out
     }
 
     /// What is thinned out in each medium.
     pub fn thinning(&self) -> &Thinning {
-        &self.thinning
+        &self.chosen.thinning
     }
 
-    /// The settings.
+    /// The settings, as they were asked for.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// The settings without the techniques that were left out.
+    pub fn active(&self) -> &Settings {
+        &self.active
+    }
+
+    /// The constants of iteration `index`.
+    pub fn pass(&self, index: u64) -> Pass {
+        let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
+        let gathers = self.chosen.gathers.at(index, &self.settings.merging);
+        Pass::new(self.active, index, gathers, partners, self.chosen.thinning.clone())
     }
 
     /// Runs iteration `index`, a sample a pixel, into `film`. The same index gives the same samples to the bit,
     /// whatever ran before and on however many threads.
     pub fn iteration(&mut self, index: u64, film: &mut Film) -> IterationStats {
         let mut stats = IterationStats::default();
-        let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
-        let pass = Pass::new(
-            self.settings,
-            index,
-            self.chosen.gathers.at(index, &self.settings.merging),
-            partners,
-            self.thinning.clone(),
-        );
-        if self.settings.needs_light_paths() {
+        let pass = self.pass(index);
+        if self.active.needs_light_paths() {
             stats.light_paths = self.trace_light_paths(&pass, film);
             stats.light_vertices =
                 self.chunks.iter().map(|c| c.vertices.len().max(c.photons.len()) as u64).sum();
             stats.beams = self.chunks.iter().map(|c| c.beams.len() as u64).sum();
         }
-        let camera = self.settings.needs_camera_paths();
+        let camera = self.active.needs_camera_paths();
         if camera {
             let (width, height) = film.size();
             stats.camera_paths = (width * height) as u64;
         }
         let (scene, chunks) = (self.scene, &self.chunks);
-        let photons = self.settings.techniques.merges().then(|| Photons::build(scene, &pass, chunks));
+        let photons = self.active.techniques.merges().then(|| Photons::build(scene, &pass, chunks));
         let origin = UVec2::from(film.origin());
         film.iterate(|band| {
             let index = band.index;
@@ -115,7 +125,7 @@ impl<'a> Renderer<'a> {
     /// Traces all light subpaths of the full frame, whatever the crop window, so that a crop is the crop of
     /// the full frame. Returns their number.
     fn trace_light_paths(&mut self, pass: &Pass, film: &Film) -> u64 {
-        let partners = if self.settings.needs_partners() { pass.partners } else { 0 };
+        let partners = if self.active.needs_partners() { pass.partners } else { 0 };
         let paths = partners.max(pass.merged_paths());
         let scene = self.scene;
         let window = Window { origin: film.origin(), width: film.size().0, height: film.size().1 };

@@ -140,7 +140,8 @@ impl<'a, S: Sink> LightPath<'a, S> {
         }
         // Drawn whatever the lengths that count, so that these change no other random number.
         let u = random.next_2d();
-        if self.pass.settings.min_length > 1 || !lights.is_hittable(&self.light) {
+        let seen = lights.is_hittable(&self.light) && self.pass.thinning.direct();
+        if self.pass.settings.min_length > 1 || !seen {
             return;
         }
         let camera = &self.scene.camera;

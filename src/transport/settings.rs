@@ -1,8 +1,10 @@
 //! What a render is asked for.
 
 use super::expression::Expression;
+use super::merge::settings::Continuation;
 use super::merge::{MERGES, MergeSettings, PathCount, Radius, auto};
 use super::technique::{Technique, TechniqueSet};
+use super::thinning::Thinning;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -44,8 +46,11 @@ pub enum Layers {
 /// Resolved settings of a render. Everything that decides the pixels beside the scene is here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Which techniques are on.
+    /// Which techniques are asked for.
     pub techniques: TechniqueSet,
+    /// Those of them that are off, as they were found not to be worth what they cost; default none, which leaves it to the pilot where
+    /// their radii and counts are open.
+    pub left_out: TechniqueSet,
     /// How they are weighted; default balance.
     pub heuristic: Heuristic,
     /// Which connections are made; default thinned out in media that scatter light many times.
@@ -74,6 +79,7 @@ impl Settings {
     pub fn new(techniques: TechniqueSet) -> Self {
         Self {
             techniques,
+            left_out: TechniqueSet::default(),
             heuristic: Heuristic::Balance,
             connections: Connections::default(),
             merging: MergeSettings::default(),
@@ -124,15 +130,28 @@ impl Settings {
         Ok(())
     }
 
-    /// These settings with every radius and count of merges as a number, chosen from the scene where it was left open: a render
-    /// with them is the same, and another one with another seed merges with the same radii and counts.
+    /// The techniques that are on.
+    pub fn active(&self) -> TechniqueSet {
+        self.techniques.without(self.left_out)
+    }
+
+    /// These settings with all that is chosen from the scene as a number, where it was left open: a render with them is the same, without
+    /// a pilot.
     pub fn pinned(&self, scene: &Scene) -> Self {
         let mut pinned = *self;
-        let gathers = auto::resolve(scene, self).gathers;
+        let chosen = auto::resolve(scene, self);
         for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| self.techniques.has(*t)) {
-            let now = gathers.of(technique);
+            let now = chosen.gathers.of(technique);
             pinned.merging.of[i].radius = Radius::Absolute(now.radius);
             pinned.merging.of[i].paths = PathCount::Absolute(now.paths);
+        }
+        pinned.left_out = chosen.left_out;
+        if Thinning::is_open(scene, self) {
+            let each = |medium: usize| chosen.thinning.continuation(medium as u32);
+            pinned.merging.camera_continuation = Continuation::Each(std::array::from_fn(each));
+        }
+        if Thinning::is_direct_open(self) {
+            pinned.merging.direct = Some(chosen.thinning.direct());
         }
         // The counts keep to them.
         (pinned.merging.most_photons, pinned.merging.most_beams) = (None, None);

@@ -198,7 +198,7 @@ impl Technique {
 }
 
 /// A set of techniques; never empty once parsed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct TechniqueSet(u32);
 
 impl TechniqueSet {
@@ -225,6 +225,21 @@ impl TechniqueSet {
     /// Every set of connections that is not empty.
     pub fn connections() -> impl Iterator<Item = Self> {
         Self::subsets().filter(|s| !s.merges())
+    }
+
+    /// These and one more.
+    pub fn with(self, technique: Technique) -> Self {
+        Self(self.0 | 1 << technique.index())
+    }
+
+    /// These without those of another set.
+    pub fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
     }
 
     /// Whether some technique of it merges.

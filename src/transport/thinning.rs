@@ -16,19 +16,16 @@
 //! Where something merges in media, light that is scattered many times comes by light subpaths as well, and these are merged
 //! with at the first collisions and along the first edges that a camera subpath has. What it would look for further on
 //! takes most of the time, and in fog adds little; but where few light subpaths get to what is seen, as to the dark side of a
-//! cloud or the foot of a candle, the two subpaths have to share the way. So it goes on from a collision with the probability
+//! cloud or the foot of a candle, the two subpaths have to share the way. So it goes on from a collision with a probability q
+//! at most, which is chosen for each medium with the radii and counts of merges: see [`super::merge::auto`].
 //!
-//! ```text
-//! q = 1 - k/μ, at least 0.4 and at most 0.9
-//! ```
-//!
-//! or the albedo where that is less. μ is the number of collisions in that medium behind which light is found: the
-//! mean over what a pilot's camera subpaths, which go on by the albedo, collect from their first collision on, weighted by how much
-//! that is. (Measured against 0.9 for all: 0.4 renders a street lamp in fog with 1.5 times the efficiency, the
-//! cloud with a fifth.)
+//! A light that is seen directly can be hit by the camera's ray, or connected with the lens. In clear air the ray finds it in each
+//! pixel and each iteration, and what light subpaths add is only noise: the balance heuristic takes as many samples for as good, but theirs fall on pixels at
+//! random. In fog most rays do not get there, and the connections do. Where something merges, that is chosen too.
 
 use super::expression::Label;
 use super::merge::pilot::{PILOT, pixels};
+use super::merge::settings::Continuation;
 use super::merge::{Gathers, MERGES};
 use super::pass::Pass;
 use super::settings::{Connections, Settings};
@@ -40,10 +37,6 @@ use crate::scene::{Arrival, Scene};
 
 /// b: so many collisions of a subpath in a medium may be connected on average before they are thinned out.
 const BUNCH: f64 = 2.0;
-/// k of q.
-const PART: f64 = 0.8;
-/// q is at least and at most so much.
-const CONTINUATIONS: [f64; 2] = [0.4, 0.9];
 /// Longest paths of the pilot, the same whatever lengths a render counts: these change no random number.
 const LENGTH: u32 = 256;
 /// The pilot's rays lie on a grid of so many a side.
@@ -56,33 +49,48 @@ pub struct Thinning {
     pub shares: Vec<f32>,
     /// The probability with which a camera subpath goes on from a collision at most; empty where all are 1.
     pub continuations: Vec<f32>,
+    /// Whether lights as they are seen directly are left to camera subpaths that hit them, and not connected with the lens.
+    pub only_hit: bool,
 }
 
 impl Thinning {
-    /// As the settings say. How far camera subpaths go on is open where they do not: see [`Thinning::go_on`].
+    /// As the settings say. How far camera subpaths go on is open where they do not.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        let hits = settings.techniques.has(Technique::Hit);
+        let only_hit = hits && settings.merging.direct == Some(false);
         if !scene.traits.scattering {
-            return Self::default();
+            return Self { only_hit, ..Self::default() };
         }
         let thins =
             settings.connections == Connections::Thinned && settings.techniques.has(Technique::Connect);
-        let asked = settings.merging.camera_continuation.filter(|_| stops(settings));
+        let asked = settings.merging.camera_continuation.of(scene.media.len()).filter(|_| stops(settings));
         Self {
             shares: if thins { known(shares(scene, settings)) } else { Vec::new() },
-            continuations: asked.map_or_else(Vec::new, |q| known(vec![q; scene.media.len()])),
+            continuations: asked.map_or_else(Vec::new, known),
+            only_hit,
         }
     }
 
-    /// Whether it is for a pilot to say how far camera subpaths go on.
+    /// Whether how far camera subpaths go on is to be chosen.
     pub fn is_open(scene: &Scene, settings: &Settings) -> bool {
-        scene.traits.scattering && stops(settings) && settings.merging.camera_continuation.is_none()
+        scene.traits.scattering
+            && stops(settings)
+            && settings.merging.camera_continuation == Continuation::Auto
     }
 
-    /// Camera subpaths go on as far as light is found: behind `depths` collisions of each medium, 0 for a medium in which none was.
-    pub fn go_on(&mut self, depths: &[f64]) {
-        let [least, most] = CONTINUATIONS;
-        let continuation = |mu: f64| if mu > 0.0 { (1.0 - PART / mu).clamp(least, most) } else { most };
-        self.continuations = depths.iter().map(|mu| continuation(*mu) as f32).collect();
+    /// Whether it is to be chosen if lights as they are seen directly are connected with the lens.
+    pub fn is_direct_open(settings: &Settings) -> bool {
+        let on = |t| settings.techniques.has(t);
+        settings.merging.direct.is_none()
+            && on(Technique::Hit)
+            && on(Technique::Lens)
+            && settings.techniques.merges()
+    }
+
+    /// Whether lights are connected with the lens, where that technique is on.
+    #[inline]
+    pub fn direct(&self) -> bool {
+        !self.only_hit
     }
 
     /// g in a medium.
@@ -165,18 +173,5 @@ impl Visitor for Counter {
 
     fn extend(&self, trail: u32, _: Label) -> u32 {
         trail
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn camera_subpaths_go_on_as_far_as_light_is_found() {
-        let mut thinning = Thinning::default();
-        thinning.go_on(&[0.0, 1.0, 1.6, 4.0, 100.0]);
-        assert_eq!(thinning.continuations, [0.9, 0.4, 0.5, 0.8, 0.9]);
-        assert_eq!((thinning.continuation(2), thinning.continuation(9)), (0.5, 1.0));
     }
 }

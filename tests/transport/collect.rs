@@ -15,13 +15,15 @@ use tyndall::transport::{Settings, Technique, camera_path, light_path};
 pub fn thinning(scene: &Scene) -> Thinning {
     let shares = (0..scene.media.len()).map(|m| 0.8 / (m + 1) as f32).collect();
     let continuations = (0..scene.media.len()).map(|m| 0.4 + 0.3 * (m % 2) as f32).collect();
-    Thinning { shares, continuations }
+    Thinning { shares, continuations, only_hit: false }
 }
 
 /// The constants of an iteration in which nothing merges. Camera subpaths go on there, or lights would be hit too rarely.
 pub fn pass(scene: &Scene, settings: &Settings, iteration: u64) -> Pass {
     let size = scene.camera.size();
-    let thinning = Thinning { continuations: Vec::new(), ..thinning(scene) };
+    // With lights that are seen directly left to camera subpaths in every other one.
+    let only_hit = iteration % 2 == 1 && settings.techniques.has(Technique::Hit);
+    let thinning = Thinning { continuations: Vec::new(), only_hit, ..thinning(scene) };
     Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), thinning)
 }
 
@@ -41,7 +43,9 @@ pub fn trace_pixel(scene: &Scene, settings: &Settings, iteration: u64, pixel: UV
     }
     let samples = light.samples.iter().chain(&camera.samples);
     let weighed = samples.filter(|(_, joint)| !matches!(joint, Joint::Glow));
-    weighed.map(|(sample, joint)| whole_path(scene, &light, &camera, sample, joint)).collect()
+    weighed
+        .map(|(sample, joint)| whole_path(scene, &light, &camera, sample, joint).expect("a path"))
+        .collect()
 }
 
 /// Traces the light subpaths that merges use and the camera subpaths of `pixels`, and gives every sample of the latter
@@ -70,7 +74,7 @@ pub fn trace_merges(scene: &Scene, pass: &Pass, pixels: &[UVec2]) -> Vec<Traced>
                 Joint::Merge(meeting) => &lights[meeting.path as usize],
                 _ => &lights[partner],
             };
-            traced.push(whole_path(scene, light, &camera, sample, joint));
+            traced.push(whole_path(scene, light, &camera, sample, joint).expect("a path"));
         }
     }
     traced

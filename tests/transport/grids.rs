@@ -12,6 +12,7 @@ use tyndall::medium::phase::HenyeyGreenstein;
 use tyndall::medium::varying::{Density, Emission, Extinction, Scattering};
 use tyndall::medium::{Medium, Phase, Varying, volume};
 use tyndall::scene::{Scene, Traits};
+use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, MergeSettings};
 use tyndall::transport::technique::PRESETS;
 use tyndall::transport::{Connections, Heuristic, Settings, Technique, TechniqueSet};
@@ -46,7 +47,7 @@ fn weights_and_contributions_of_merges_are_the_oracles() {
         let merging = MergeSettings {
             photon_beams: kind(0),
             camera_beams: kind(1),
-            camera_continuation: Some(0.4),
+            camera_continuation: Continuation::All(0.4),
             ..MergeSettings::default()
         };
         let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };

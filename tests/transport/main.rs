@@ -7,6 +7,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod agreement;
+mod chosen;
 mod closed_forms;
 mod collect;
 mod film;

@@ -6,6 +6,7 @@ use crate::scenes;
 use glam::UVec2;
 use tyndall::math::{Stream, StreamKind};
 use tyndall::scene::Scene;
+use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, GatherNow, Gathers, MergeSettings};
 use tyndall::transport::pass::Pass;
 use tyndall::transport::technique::PRESETS;
@@ -106,7 +107,7 @@ fn weights_and_contributions_of_merges_are_the_oracles() {
                 photon_beams: kind(0),
                 camera_beams: kind(1),
                 first,
-                camera_continuation: Some(0.4),
+                camera_continuation: Continuation::All(0.4),
                 ..MergeSettings::default()
             };
             let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };

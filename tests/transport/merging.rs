@@ -2,6 +2,7 @@
 
 use tyndall::film::Image;
 use tyndall::transport::TechniqueSet;
+use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, Gather, Kernel, MergeSettings, PathCount, Radius};
 
 /// The set of these names.
@@ -28,7 +29,7 @@ pub fn variant(i: usize, of: [Gather; 5]) -> MergeSettings {
         photon_beams: kind(0),
         camera_beams: kind(1),
         first: false,
-        camera_continuation: Some(0.4),
+        camera_continuation: Continuation::All(0.4),
         ..MergeSettings::default()
     }
 }

@@ -76,7 +76,7 @@ pub fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) ->
                         "f64 {recursive}: {}",
                         what()
                     );
-                    let expected = verdict.contribution / verdict.densities[s];
+                    let expected = verdict.contribution / verdict.density(traced.made_by());
                     let got = sample.contribution.as_dvec3();
                     assert!(
                         (got - expected).abs().max_element() <= TOLERANCE_F32 * expected.max_element(),

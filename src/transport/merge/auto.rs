@@ -1,16 +1,16 @@
-//! Radii and counts that the settings leave open, chosen from the scene.
+//! Radii and counts that the settings leave open, chosen from the scene, and with them how far camera subpaths go on.
 //!
-//! A merge costs about as much as a connection and is worth no more than one, and beyond the first few a camera subpath gains little by
-//! more (measured: half or twice as many change variance times time by 10% on most scenes). So what is open is chosen such that a
-//! camera subpath has [`MERGES_A_CONNECTION`] times as many merges as connections, shared out evenly among the techniques.
-//! How many there would be a [`Pilot`] counts, and the numbers for other radii follow from
+//! What is chosen is how many merges a camera subpath has of each technique. [`choice`](super::choice) looks for the numbers that give
+//! the least error for what they cost, from an even start: [`MERGES_A_CONNECTION`] times as many merges as connections,
+//! shared out evenly among the techniques (which is what is taken where `efficient` is off). Of a set with three or more techniques that merge
+//! in media, as `upbp` is, those are left out that are not worth what they cost. What they come to in radii and counts follows from
 //!
 //! ```text
 //! merges(N, r) = merges(N_p, r_p) · N / N_p · (r / r_p)^d
 //! ```
 //!
-//! with d the dimension of the kernel. Where there would be too many, first the radius is made smaller, as that costs
-//! variance no more than fewer paths do (N · measure is the same) and makes the blur less, but not below
+//! with d the dimension of the kernel and the numbers that a [`Pilot`] has seen. Where there are to be fewer than these, first the radius is made
+//! smaller, as that costs variance no more than fewer paths do (N · measure is the same) and makes the blur less, but not below
 //! [`LEAST_FOOTPRINTS`] pixels; then the number of light subpaths. The widest radii are a few footprints of a pixel at what
 //! it sees first, and in media a part of the mean free path, over which the light changes. The relative bias of
 //! a kernel of the radius r is of the order of r² times the light's relative curvature over the kernel: by that estimate some
@@ -25,6 +25,9 @@
 //! r = r_p · (k · N_p / (N · merges a vertex))^(1/d)
 //! ```
 
+use super::choice::{self, Open};
+use super::cost::Work;
+use super::evidence::{Counts, Evidence};
 use super::gather::Gathers;
 use super::pilot::{self, PILOT, Pilot};
 use super::settings::{MERGES, PathCount, Radius, place_of};
@@ -32,14 +35,18 @@ use crate::geometry::Ray;
 use crate::math::{Stream, StreamKind};
 use crate::scene::{End, Scene};
 use crate::transport::settings::Settings;
-use crate::transport::technique::Technique;
+use crate::transport::technique::{Technique, TechniqueSet};
 use crate::transport::thinning::Thinning;
 use glam::Vec2;
 
-/// Merges of all techniques together that are aimed at, for each connection.
+/// Merges of all techniques together that it starts from, for each connection.
 const MERGES_A_CONNECTION: f64 = 0.25;
 /// … and at least so many a camera subpath.
 const LEAST_MERGES: f64 = 3.0;
+/// The probability with which camera subpaths go on from a collision at most, where it starts.
+const GOES_ON: f32 = 0.9;
+/// With so many techniques that merge in media, one can be left out.
+const UNIFIED: usize = 3;
 /// No radius in a medium is above so many mean free paths.
 const MEAN_FREE_PATHS: f32 = 0.25;
 /// No radius that is chosen is below so many footprints, unless a mean free path is.
@@ -48,24 +55,24 @@ const LEAST_FOOTPRINTS: f32 = 0.5;
 const LEAST_PATHS: u64 = 64;
 
 /// What was chosen.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Chosen {
     /// Radii and counts of the first iteration.
     pub gathers: Gathers,
     /// Light subpaths that were asked for and are not merged with, as there would be more photons or beams than are
     /// allowed; in the order of [`MERGES`].
-    pub left_out: [u64; MERGES.len()],
+    pub no_room: [u64; MERGES.len()],
+    /// Techniques that were asked for and are not worth what they cost.
+    pub left_out: TechniqueSet,
+    /// What is thinned out in each medium.
+    pub thinning: Thinning,
 }
 
 /// What the settings leave open, chosen.
 pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
-    resolve_with(scene, settings, &mut Thinning::of(scene, settings))
-}
-
-/// The same where it is known already what is thinned out, but for what is left to a pilot.
-pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &mut Thinning) -> Chosen {
-    let mut chosen = Chosen::default();
-    if !settings.techniques.merges() {
+    let thinning = Thinning::of(scene, settings);
+    let mut chosen = Chosen { thinning, left_out: settings.left_out, ..Chosen::default() };
+    if !settings.active().merges() {
         return chosen;
     }
     let pixels = u64::from(scene.camera.size().element_product());
@@ -85,26 +92,26 @@ pub fn resolve_with(scene: &Scene, settings: &Settings, thinning: &mut Thinning)
             PathCount::Auto => pixels,
         };
     }
-    if Thinning::is_open(scene, settings) {
-        let pilot = Pilot::run(scene, settings, thinning, &chosen.gathers);
-        thinning.go_on(&pilot.depths);
-    }
-    if needs_pilot(settings) {
-        let pilot = Pilot::run(scene, settings, thinning, &chosen.gathers);
-        choose(settings, &pilot, footprint, &mut chosen.gathers);
-        bound(settings, &pilot, &mut chosen);
+    if needs_pilot(scene, settings) {
+        let active = Settings { techniques: settings.active(), ..*settings };
+        let pilot = Pilot::run(scene, &active, &chosen.thinning, &chosen.gathers);
+        choose(scene, &active, &pilot, footprint, &mut chosen);
+        bound(&active, &pilot, &mut chosen);
     }
     chosen
 }
 
-fn needs_pilot(settings: &Settings) -> bool {
+fn needs_pilot(scene: &Scene, settings: &Settings) -> bool {
     let merging = &settings.merging;
     let open = |t: Technique| {
         let gather = merging.of(t);
         matches!(gather.radius, Radius::Auto | Radius::Nearest(_)) || gather.paths == PathCount::Auto
     };
     let bounded = merging.most_photons.is_some() || merging.most_beams.is_some();
-    bounded || MERGES.into_iter().any(|t| settings.techniques.has(t) && open(t))
+    bounded
+        || Thinning::is_open(scene, settings)
+        || Thinning::is_direct_open(settings)
+        || MERGES.into_iter().any(|t| settings.active().has(t) && open(t))
 }
 
 /// The widest radius that is chosen.
@@ -159,35 +166,75 @@ fn dimension(technique: Technique) -> f64 {
     }
 }
 
-/// Radii and counts that are open, by what the pilot counted.
-fn choose(settings: &Settings, pilot: &Pilot, footprint: f32, gathers: &mut Gathers) {
+/// What is open, by what the pilot saw.
+fn choose(scene: &Scene, settings: &Settings, pilot: &Pilot, footprint: f32, chosen: &mut Chosen) {
+    let goes_on = Thinning::is_open(scene, settings);
+    let continuations = match &chosen.thinning.continuations {
+        _ if goes_on => vec![GOES_ON; scene.media.len()],
+        asked => asked.clone(),
+    };
+    let mut open = Open {
+        counts: Counts { merges: [0.0; MERGES.len()], continuations, direct: chosen.thinning.direct() },
+        most: [1.0; MERGES.len()],
+        merges: [false; MERGES.len()],
+        may_leave: [false; MERGES.len()],
+        continuations: goes_on,
+        direct: Thinning::is_direct_open(settings),
+    };
+    start(settings, pilot, &mut open);
+    let efficient = settings.merging.efficient && !settings.merging.first;
+    let evidence = if efficient { Evidence::of(scene, pilot, &open.counts) } else { Evidence::default() };
+    let found =
+        if evidence.is_empty() { open.counts } else { choice::choose(scene, pilot, &evidence, &open) };
+    for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| settings.techniques.has(*t)) {
+        if found.merges[i] == 0.0 {
+            chosen.left_out = chosen.left_out.with(technique);
+        }
+        let (asked, gather) = (settings.merging.of(technique), &mut chosen.gathers.of[i]);
+        // Merges are to be so many times those with the radius and the paths as they are.
+        let mut times = if found.merges[i] > 0.0 { found.merges[i] } else { open.most[i] };
+        if let Radius::Auto | Radius::Nearest(_) = asked.radius {
+            let by = if asked.radius == Radius::Auto { times } else { open.most[i] };
+            let rescaled = f64::from(gather.radius) * by.powf(1.0 / dimension(technique));
+            let least = match asked.radius {
+                Radius::Auto => (LEAST_FOOTPRINTS * footprint).min(gather.radius),
+                _ => 0.0,
+            };
+            let radius = (rescaled as f32).max(least);
+            times /= f64::from(radius / gather.radius).powf(dimension(technique));
+            gather.radius = radius;
+        }
+        if asked.paths == PathCount::Auto && times < 1.0 {
+            gather.paths = ((gather.paths as f64 * times) as u64).max(LEAST_PATHS.min(gather.paths));
+        }
+    }
+    if goes_on {
+        chosen.thinning.continuations = found.continuations;
+    }
+    chosen.thinning.only_hit = !found.direct;
+}
+
+/// Where the choice starts: what is asked, else as many merges of each technique.
+fn start(settings: &Settings, pilot: &Pilot, open: &mut Open) {
+    let work = Work::of(pilot, &open.counts);
     let on: Vec<Technique> = MERGES.into_iter().filter(|t| settings.techniques.has(*t)).collect();
-    let all = (MERGES_A_CONNECTION * pilot.connections).max(LEAST_MERGES);
-    let wanted = all / on.len() as f64;
+    // A smaller set is named for what is in it, as to compare its techniques.
+    let in_media = on.iter().filter(|t| **t != Technique::Surface).count();
+    let unified = in_media >= UNIFIED;
+    let connections = work.connections + pilot.light_connections;
+    let wanted = (MERGES_A_CONNECTION * connections).max(LEAST_MERGES) / on.len() as f64;
     for technique in on {
         let i = place_of(technique).expect("a merge");
-        let (asked, d) = (settings.merging.of(technique), dimension(technique));
-        let (gather, before) = (&mut gathers.of[i], &pilot.gathers.of[i]);
-        let more_paths = gather.paths as f64 / before.paths as f64;
-        // How many there are a vertex or a subpath, with the radius as it is now.
-        let expect =
-            |merges: f64, radius: f32| merges * more_paths * f64::from(radius / before.radius).powf(d);
-        let rescale = |radius: f32, by: f64| (f64::from(radius) * by.powf(1.0 / d)) as f32;
-        if let Radius::Nearest(k) = asked.radius {
-            let now = expect(pilot.merges_a_vertex[i], gather.radius);
-            if now > 0.0 {
-                gather.radius = rescale(gather.radius, f64::from(k) / now);
-            }
-        }
-        let too_many = expect(pilot.merges[i], gather.radius) / wanted;
-        if asked.radius == Radius::Auto && too_many > 1.0 {
-            let least = (LEAST_FOOTPRINTS * footprint).min(gather.radius);
-            gather.radius = rescale(gather.radius, 1.0 / too_many).max(least);
-        }
-        let too_many = expect(pilot.merges[i], gather.radius) / wanted;
-        if asked.paths == PathCount::Auto && too_many > 1.0 {
-            gather.paths = ((gather.paths as f64 / too_many) as u64).max(LEAST_PATHS.min(gather.paths));
-        }
+        let (asked, merges) = (settings.merging.of(technique), work.merges[i]);
+        let vertices = if technique == Technique::Surface { work.on_surfaces } else { work.in_media };
+        open.most[i] = match asked.radius {
+            Radius::Nearest(k) if merges > 0.0 => f64::from(k) * vertices / merges,
+            _ => 1.0,
+        };
+        open.merges[i] = asked.radius == Radius::Auto || asked.paths == PathCount::Auto;
+        open.may_leave[i] = unified && asked.radius == Radius::Auto && asked.paths == PathCount::Auto;
+        let even = if open.merges[i] && merges > 0.0 { wanted / merges } else { f64::INFINITY };
+        open.counts.merges[i] = even.min(open.most[i]);
     }
 }
 
@@ -203,7 +250,7 @@ fn bound(settings: &Settings, pilot: &Pilot, chosen: &mut Chosen) {
         let Some(most) = most else { continue };
         let gather = &mut chosen.gathers.of[i];
         let paths = ((most as f64 / a_path.max(1e-9)) as u64).clamp(1, gather.paths);
-        chosen.left_out[i] = gather.paths - paths;
+        chosen.no_room[i] = gather.paths - paths;
         gather.paths = paths;
     }
 }

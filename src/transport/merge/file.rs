@@ -1,11 +1,11 @@
 //! What a user writes about merges: a table `merge` of an estimator, or `--merge KEY=VALUE` on the command line.
 
 use super::kernel::Kernel;
-use super::settings::{Beams, Gather, MergeSettings, PathCount, Radius};
+use super::settings::{Beams, Continuation, Gather, MergeSettings, PathCount, Radius};
 use crate::error::{Error, Result};
 use serde::Deserialize;
 
-/// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, camera_continuation,
+/// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, camera_continuation, direct, efficient,
 /// surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
 #[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[serde(deny_unknown_fields)]
@@ -25,6 +25,11 @@ pub struct MergeDef {
     /// Above 0, at most 1: the probability with which camera subpaths go on from a collision, at most; default: chosen
     /// for each medium.
     pub camera_continuation: Option<f32>,
+    /// Whether lights as they are seen directly are connected with the lens, beside being hit; default: chosen.
+    pub direct: Option<bool>,
+    /// Whether the radii and counts that are left open, `direct` and `camera_continuation`, are chosen for the least error in a given
+    /// time, where a technique that is worth less than it costs is left out; default true. Else each technique has as many merges.
+    pub efficient: Option<bool>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,
     /// Of P-P3D.
@@ -139,7 +144,11 @@ impl MergeDef {
             first,
             most_photons: self.most_photons,
             most_beams: self.most_beams,
-            camera_continuation: self.camera_continuation,
+            camera_continuation: self
+                .camera_continuation
+                .map_or(default.camera_continuation, Continuation::All),
+            direct: self.direct,
+            efficient: self.efficient.unwrap_or(default.efficient),
         }
     }
 }

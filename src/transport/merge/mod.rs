@@ -6,6 +6,9 @@
 //!
 //! Every camera vertex and every camera ray merges. Both vertices have to lie in the same medium.
 //!
+//! Which of them are worth their cost in a scene, and how many merges of each: a [`pilot`] makes a few thousand samples, [`evidence`] says what
+//! error other numbers would have, [`cost`] what they take, and [`choice`] looks for the best; [`auto`] turns it into radii and counts.
+//!
 //! In a medium that varies the two places that are taken for one have different coefficients. Where a beam is merged with
 //! a point, those at the point are taken for both arms, and of two beams those on the camera's: so what a point's free flight was
 //! divided by is what it is multiplied by, and no thin place gives a large sample; in P-P3D each arm has its own, and the
@@ -16,11 +19,15 @@ pub mod auto;
 pub mod beam_beam;
 pub mod beam_point;
 pub mod boxes;
+pub mod choice;
+pub mod cost;
+pub mod evidence;
 pub mod file;
 pub mod gather;
 pub mod grid;
 pub mod join;
 pub mod kernel;
+pub mod moments;
 pub mod photons;
 pub mod pilot;
 pub mod point_beam;

@@ -1,6 +1,7 @@
-//! A pilot: a few light subpaths, merged and connected with a few camera subpaths, and what came of it, counted.
+//! A pilot: some light subpaths, merged and connected with some camera subpaths that go on by the albedo, and what came of it,
+//! counted.
 
-use super::gather::{GatherNow, Gathers};
+use super::gather::Gathers;
 use super::photons::Photons;
 use super::settings::{MERGES, place_of};
 use super::store::{CHUNK, Stored};
@@ -10,36 +11,107 @@ use crate::transport::camera_path::{self, Partners};
 use crate::transport::light_path;
 use crate::transport::pass::Pass;
 use crate::transport::settings::Settings;
-use crate::transport::sink::{Joint, Sink};
+use crate::transport::sink::{Joint, Sink, Start};
 use crate::transport::technique::Technique;
 use crate::transport::thinning::Thinning;
 use crate::transport::walk::{Place, Vertex};
-use glam::UVec2;
+use glam::{UVec2, Vec3A};
+use rayon::prelude::*;
 
-/// The pilot's camera subpaths lie on a grid of so many a side.
+/// Rays that look for footprints lie on a grid of so many a side.
 pub const GRID: u32 = 32;
+/// The pilot's camera subpaths lie on a grid of so many a side.
+const SIDE: u32 = 48;
 /// Light subpaths of the pilot.
-const PATHS: u64 = 4096;
+const PATHS: u64 = 8192;
 /// The pilot's random numbers are those of an iteration that no render comes to.
 pub const PILOT: u64 = u64::MAX;
+/// Stands for no medium.
+pub const NO_MEDIUM: u32 = u32::MAX;
+
+/// What a camera subpath did at its start or at one of its vertices, and along the edge that it left it by.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// The medium of a collision; [`NO_MEDIUM`] on a surface and on the lens.
+    pub medium: u32,
+    /// Whether it is a vertex on a surface.
+    pub on_surface: bool,
+    /// The probability with which the pilot went on from a collision; 1 elsewhere.
+    pub goes_on: f32,
+    /// Merges here, and along the edge from here where the technique has a camera beam; in the order of [`MERGES`].
+    pub merges: [u32; MERGES.len()],
+    /// Connections here that were not blocked.
+    pub connections: u32,
+    /// Connections that are tried here on average, next-event estimation among them.
+    pub tried: f32,
+    /// Cells of a grid along the edge to a collision.
+    pub cells: f32,
+}
+
+impl Step {
+    const LENS: Self = Self {
+        medium: NO_MEDIUM,
+        on_surface: false,
+        goes_on: 1.0,
+        merges: [0; MERGES.len()],
+        connections: 0,
+        tried: 0.0,
+        cells: 0.0,
+    };
+}
+
+/// The subpath that made a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Maker {
+    /// The camera subpath of this pixel.
+    Camera(UVec2),
+    /// The light subpath with this number, by way of the lens.
+    Light(u64),
+}
+
+/// A sample that the pilot made.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// The subpath that recorded it.
+    pub maker: Maker,
+    /// Its number among those of the subpath.
+    pub ordinal: u32,
+    /// The pixel that it adds to.
+    pub pixel: UVec2,
+    /// What it adds there: the mean of the channels, weighted.
+    pub value: f32,
+    /// Its technique.
+    pub technique: Technique,
+    /// Vertices of the light subpath.
+    pub s: u32,
+    /// Vertices of the camera subpath.
+    pub t: u32,
+    /// Whether it was joined at a camera subpath's vertex on a surface.
+    pub on_surface: bool,
+}
 
 /// What a pilot counted.
-#[derive(Clone, Debug)]
 pub struct Pilot {
-    /// How each technique gathered.
-    pub gathers: Gathers,
-    /// Merges a camera subpath, by technique.
-    pub merges: [f64; MERGES.len()],
-    /// Merges a vertex of camera subpaths: on surfaces for SURF, else in media.
-    pub merges_a_vertex: [f64; MERGES.len()],
-    /// By medium, the collisions there behind which light was found: the mean over what came from the first of them on; 0 where none did.
-    pub depths: Vec<f64>,
-    /// Connections a camera subpath that were not blocked.
-    pub connections: f64,
+    /// Its constants.
+    pub pass: Pass,
+    /// How many light subpaths there were: the first ones of an iteration.
+    pub paths: u64,
+    /// The light subpaths.
+    chunks: Vec<Stored>,
+    /// By camera subpath, its steps.
+    pub tracks: Vec<Vec<Step>>,
+    /// What was recorded.
+    pub seen: Vec<Seen>,
     /// Photons that are stored a light subpath.
     pub photons: f64,
     /// Beams that are stored a light subpath.
     pub beams: f64,
+    /// Vertices of a light subpath.
+    pub light_vertices: f64,
+    /// Cells along the edges to its collisions.
+    pub light_cells: f64,
+    /// Connections to the lens that were not blocked, a light subpath.
+    pub light_connections: f64,
 }
 
 /// Pixels spread over the frame, on a grid of `side` a side, or of all where there are fewer.
@@ -52,98 +124,209 @@ pub fn pixels(scene: &Scene, side: u32) -> impl Iterator<Item = UVec2> {
     })
 }
 
-#[derive(Default)]
-struct Counter {
-    merges: [u64; MERGES.len()],
-    connections: u64,
-    on_surfaces: u64,
-    in_media: u64,
-    /// By medium, collisions of the camera subpath so far.
-    collisions: Vec<u32>,
-    /// By medium, Σ C and Σ C n over contributions C behind n > 0 of its collisions.
-    behind: Vec<[f64; 2]>,
+/// The pixels of a pilot's camera subpaths.
+pub fn tracked(scene: &Scene) -> impl Iterator<Item = UVec2> {
+    pixels(scene, SIDE)
 }
 
-impl Sink for Counter {
-    fn record(&mut self, sample: &Sample, _joint: &Joint) {
-        let contribution = f64::from(sample.contribution.element_sum() * sample.weight);
-        let behind = self.collisions.iter().zip(&mut self.behind);
-        for (n, [sum, weighted]) in behind.filter(|(n, _)| **n > 0 && contribution.is_finite()) {
-            *sum += contribution;
-            *weighted += contribution * f64::from(*n);
+/// Watches one subpath.
+struct Watch<'a> {
+    scene: &'a Scene,
+    pass: &'a Pass,
+    maker: Maker,
+    /// Connections that a vertex on a surface tries on average.
+    partners: f32,
+    ordinal: u32,
+    /// Where the subpath was last.
+    last: Option<Vec3A>,
+    steps: Vec<Step>,
+    seen: Vec<Seen>,
+}
+
+impl<'a> Watch<'a> {
+    fn of(scene: &'a Scene, pass: &'a Pass, maker: Maker, partners: f32) -> Self {
+        Self {
+            scene,
+            pass,
+            maker,
+            partners,
+            ordinal: 0,
+            last: None,
+            steps: vec![Step::LENS],
+            seen: Vec::new(),
         }
+    }
+}
+
+impl Sink for Watch<'_> {
+    fn record(&mut self, sample: &Sample, joint: &Joint) {
+        let pixel = match (joint, self.maker) {
+            (Joint::Lens(_, pixel), _) => *pixel,
+            (_, Maker::Camera(pixel)) => pixel,
+            _ => unreachable!("a light subpath records what falls on the lens"),
+        };
+        let value = sample.contribution.element_sum() / 3.0 * sample.weight;
+        let step = self.steps.last_mut().expect("the first one is there from the start");
+        let on_surface = step.on_surface;
         match place_of(sample.technique) {
-            Some(i) => self.merges[i] += 1,
-            None => self.connections += u64::from(sample.technique != Technique::Hit),
+            Some(i) => step.merges[i] += 1,
+            None => step.connections += u32::from(sample.technique != Technique::Hit),
         }
+        let known = !matches!(joint, Joint::Glow) && value.is_finite() && value > 0.0;
+        if known {
+            let Sample { technique, s, t, .. } = *sample;
+            self.seen.push(Seen {
+                maker: self.maker,
+                ordinal: self.ordinal,
+                pixel,
+                value,
+                technique,
+                s,
+                t,
+                on_surface,
+            });
+        }
+        self.ordinal += 1;
     }
 
     fn vertex(&mut self, vertex: &Vertex) {
-        match vertex.place {
-            Place::Surface(_) => self.on_surfaces += 1,
+        let next_event = if self.pass.on(Technique::NextEvent) { 1.0 } else { 0.0 };
+        let tried = if vertex.is_connectible(self.scene) {
+            next_event + self.partners * self.pass.share(&vertex.place)
+        } else {
+            0.0
+        };
+        self.steps.push(match &vertex.place {
+            Place::Surface(_) => Step { on_surface: true, tried, ..Step::LENS },
             Place::Medium(collision) => {
-                self.in_media += 1;
-                if let Some(n) = self.collisions.get_mut(collision.medium as usize) {
-                    *n += 1;
-                }
+                let medium = &self.scene.media[collision.medium as usize];
+                let goes_on = medium.continuation(&collision.coefficients);
+                let length = self.last.map_or(0.0, |p| p.distance(collision.p));
+                let cells = if length.is_finite() { medium.cells(length) } else { 0.0 };
+                Step { medium: collision.medium, goes_on, tried, cells, ..Step::LENS }
             }
-        }
+        });
+        self.last = Some(vertex.place.position());
+    }
+
+    fn start(&mut self, start: &Start) {
+        self.last = Some(match start {
+            Start::Light(light) => light.p,
+            Start::Lens(p) => *p,
+        });
     }
 }
 
 impl Pilot {
-    /// Runs it where each technique gathers with the radii of `gathers` and media are thinned out as `thinning` says.
+    /// Runs it with the radii and counts of `gathers`, though with no more light subpaths than it needs: where these are fewer
+    /// than a technique has, each merge stands for as many more.
     pub fn run(scene: &Scene, settings: &Settings, thinning: &Thinning, gathers: &Gathers) -> Self {
         let size = scene.camera.size();
-        let paths = PATHS.min(u64::from(size.x) * u64::from(size.y));
-        let gathers = Gathers { of: gathers.of.map(|g| GatherNow { paths, ..g }) };
+        let partners = u64::from(size.x) * u64::from(size.y);
         // The seed is no part of it: independent runs shall have the same radii and counts.
-        let pass = Pass::new(Settings { seed: 0, ..*settings }, PILOT, gathers, paths, thinning.clone());
-        let (chunks, light) = walk_light(scene, &pass, paths);
-        let photons = Photons::build(scene, &pass, &chunks);
-        let connects = pass.on(Technique::Connect);
-        let media = scene.media.len();
-        let mut counter =
-            Counter { collisions: vec![0; media], behind: vec![[0.0; 2]; media], ..Counter::default() };
-        let mut camera_paths = 0u64;
-        for (i, pixel) in pixels(scene, GRID).enumerate() {
-            let partner = i % paths as usize;
-            let chunk = &chunks[partner / CHUNK as usize];
-            let vertices = if connects { chunk.path(partner % CHUNK as usize) } else { &[] };
-            let partners = Partners { vertices, photons: Some(&photons) };
-            camera_path::trace(scene, &pass, pixel, partners, &mut counter);
-            camera_paths += 1;
-            counter.collisions.fill(0);
+        let settings = Settings { seed: 0, ..*settings };
+        let thinning = Thinning { continuations: Vec::new(), ..thinning.clone() };
+        let pass = Pass::new(settings, PILOT, *gathers, partners, thinning);
+        let needed = if settings.needs_partners() { partners } else { 0 }.max(pass.merged_paths());
+        let paths = PATHS.min(needed);
+        let walked: Vec<(Stored, Vec<Seen>, [f64; 3])> =
+            (0..paths.div_ceil(CHUNK)).into_par_iter().map(|c| walk_chunk(scene, &pass, c, paths)).collect();
+        let mut seen = Vec::new();
+        let mut chunks = Vec::new();
+        let mut light = [0.0; 3];
+        for (chunk, of_chunk, counts) in walked {
+            light.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
+            seen.extend(of_chunk);
+            chunks.push(chunk);
         }
-        let a_camera_path = |n: u64| n as f64 / camera_paths as f64;
-        let a_light_path = |n: usize| n as f64 / paths as f64;
-        let merges = counter.merges.map(a_camera_path);
-        Self {
-            gathers,
-            merges,
-            merges_a_vertex: std::array::from_fn(|i| {
-                let on_surface = MERGES[i] == Technique::Surface;
-                let vertices = if on_surface { counter.on_surfaces } else { counter.in_media };
-                counter.merges[i] as f64 / vertices.max(1) as f64
-            }),
-            depths: counter.behind.iter().map(|[c, cn]| if *c > 0.0 { cn / c } else { 0.0 }).collect(),
-            connections: a_camera_path(counter.connections) + light.connections as f64 / paths as f64,
-            photons: a_light_path(chunks.iter().map(|c| c.photons.len()).sum()),
-            beams: a_light_path(chunks.iter().map(|c| c.beams.len()).sum()),
+        let a_path = |n: f64| n / paths.max(1) as f64;
+        let sum = |of: fn(&Stored) -> usize| a_path(chunks.iter().map(of).sum::<usize>() as f64);
+        let (photons, beams) = (sum(|c| c.photons.len()), sum(|c| c.beams.len()));
+        let [light_vertices, light_connections, light_cells] = light.map(a_path);
+        let mut pilot = Self {
+            pass,
+            paths,
+            chunks,
+            tracks: Vec::new(),
+            seen,
+            photons,
+            beams,
+            light_vertices,
+            light_cells,
+            light_connections,
+        };
+        let structures = pilot.structures(scene);
+        let all: Vec<UVec2> = tracked(scene).collect();
+        let watched: Vec<(Vec<Step>, Vec<Seen>)> = all
+            .par_iter()
+            .map(|pixel| {
+                let mut watch = Watch::of(
+                    scene,
+                    &pilot.pass,
+                    Maker::Camera(*pixel),
+                    pilot.share_of_partner(scene, *pixel),
+                );
+                pilot.trace_camera(scene, &structures, *pixel, &mut watch);
+                (watch.steps, watch.seen)
+            })
+            .collect();
+        for (steps, of_path) in watched {
+            pilot.tracks.push(steps);
+            pilot.seen.extend(of_path);
         }
+        pilot
+    }
+
+    /// What merges find light subpaths by.
+    pub fn structures(&self, scene: &Scene) -> Photons {
+        Photons::build(scene, &self.pass, &self.chunks)
+    }
+
+    /// The number of the light subpath that a pixel's camera subpath is connected with.
+    pub fn partner(&self, scene: &Scene, pixel: UVec2) -> u64 {
+        let index = u64::from(pixel.y) * u64::from(scene.camera.size().x) + u64::from(pixel.x);
+        index % self.paths.max(1)
+    }
+
+    /// The vertices that a pixel's camera subpath is connected with.
+    fn partner_vertices(&self, scene: &Scene, pixel: UVec2) -> &[Vertex] {
+        if !self.pass.on(Technique::Connect) {
+            return &[];
+        }
+        let partner = self.partner(scene, pixel);
+        self.chunks[(partner / CHUNK) as usize].path((partner % CHUNK) as usize)
+    }
+
+    fn share_of_partner(&self, scene: &Scene, pixel: UVec2) -> f32 {
+        self.partner_vertices(scene, pixel).iter().map(|v| self.pass.share(&v.place)).sum()
+    }
+
+    /// Traces the camera subpath of a pixel.
+    pub fn trace_camera<S: Sink>(&self, scene: &Scene, structures: &Photons, pixel: UVec2, sink: &mut S) {
+        let vertices = self.partner_vertices(scene, pixel);
+        let partners = Partners { vertices, photons: Some(structures) };
+        camera_path::trace(scene, &self.pass, pixel, partners, sink);
+    }
+
+    /// Of how many light subpaths of a technique one is here.
+    pub fn stands_for(&self, technique: Technique) -> f64 {
+        let paths = self.pass.gathers.of(technique).paths;
+        paths as f64 / paths.min(self.paths).max(1) as f64
     }
 }
 
-/// The light subpaths, and what they made by themselves.
-fn walk_light(scene: &Scene, pass: &Pass, paths: u64) -> (Vec<Stored>, Counter) {
-    let (mut chunks, mut stored, mut counter) = (Vec::new(), Stored::default(), Counter::default());
-    for path in 0..paths {
-        light_path::trace(scene, pass, path, &mut stored, &mut counter);
+/// The light subpaths of a chunk, what they made by themselves, and how many vertices, connections and cells they had.
+fn walk_chunk(scene: &Scene, pass: &Pass, number: u64, paths: u64) -> (Stored, Vec<Seen>, [f64; 3]) {
+    let mut stored = Stored::default();
+    let (mut seen, mut counts) = (Vec::new(), [0.0; 3]);
+    for path in number * CHUNK..((number + 1) * CHUNK).min(paths) {
+        let mut watch = Watch::of(scene, pass, Maker::Light(path), 0.0);
+        light_path::trace(scene, pass, path, &mut stored, &mut watch);
         stored.end_path();
-        if (path + 1) % CHUNK == 0 {
-            chunks.push(std::mem::take(&mut stored));
-        }
+        counts[0] += (watch.steps.len() - 1) as f64;
+        counts[1] += f64::from(watch.ordinal);
+        counts[2] += watch.steps.iter().map(|s| f64::from(s.cells)).sum::<f64>();
+        seen.extend(watch.seen);
     }
-    chunks.push(stored);
-    (chunks, counter)
+    (stored, seen, counts)
 }

@@ -54,6 +54,32 @@ pub enum Beams {
     Long,
 }
 
+/// Media that have a continuation of their own; all others have that of the last of these.
+pub const EACH: usize = 16;
+
+/// The probability with which camera subpaths go on from a collision at most.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Continuation {
+    /// Chosen for each medium, see [`super::auto`].
+    #[default]
+    Auto,
+    /// The same in all media.
+    All(f32),
+    /// By medium.
+    Each([f32; EACH]),
+}
+
+impl Continuation {
+    /// Of each medium; `None` where it is to be chosen.
+    pub fn of(&self, media: usize) -> Option<Vec<f32>> {
+        match self {
+            Self::Auto => None,
+            Self::All(q) => Some(vec![*q; media]),
+            Self::Each(each) => Some((0..media).map(|m| each[m.min(EACH - 1)]).collect()),
+        }
+    }
+}
+
 /// What a user says about one technique.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gather {
@@ -90,10 +116,14 @@ pub struct MergeSettings {
     pub most_photons: Option<u64>,
     /// The same of beams.
     pub most_beams: Option<u64>,
-    /// Where something merges in media, and camera subpaths do not end at their first vertex anyway, they go on from a
-    /// collision with this probability at most.
-    /// `None` leaves it to [`crate::transport::thinning`], for each medium.
-    pub camera_continuation: Option<f32>,
+    /// Where something merges in media, and camera subpaths do not end at their first vertex anyway, how often they go on from
+    /// a collision.
+    pub camera_continuation: Continuation,
+    /// Whether lights as they are seen directly are connected with the lens, beside being hit. `None` leaves it to be chosen where something
+    /// merges; else they are.
+    pub direct: Option<bool>,
+    /// Whether what is open is chosen for the least error in a given time; else each technique has as many merges.
+    pub efficient: bool,
 }
 
 impl Default for MergeSettings {
@@ -106,7 +136,9 @@ impl Default for MergeSettings {
             first: false,
             most_photons: None,
             most_beams: None,
-            camera_continuation: None,
+            camera_continuation: Continuation::Auto,
+            direct: None,
+            efficient: true,
         }
     }
 }
@@ -150,9 +182,8 @@ impl MergeSettings {
                 return Err(Error::usage(format!("the number of light paths of {key} must be above 0")));
             }
         }
-        if let Some(q) = self.camera_continuation
-            && !(q > 0.0 && q <= 1.0)
-        {
+        let continuations = self.camera_continuation.of(EACH).unwrap_or_default();
+        if let Some(q) = continuations.iter().find(|q| !(**q > 0.0 && **q <= 1.0)) {
             return Err(Error::usage(format!(
                 "camera_continuation is {q}: it must be above 0 and at most 1"
             )));
