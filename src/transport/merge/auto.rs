@@ -3,7 +3,7 @@
 //! What is chosen is how many merges a camera subpath has of each technique. [`choice`](super::choice) looks for the numbers that give
 //! the least error for what they cost, from an even start: [`MERGES_A_CONNECTION`] times as many merges as connections,
 //! shared out evenly among the techniques (which is what is taken where `efficient` is off). Of a set with three or more techniques that merge
-//! in media, as `upbp` is, those are left out that are not worth what they cost. What they come to in radii and counts follows from
+//! in media, as `upbp` is, those of them are left out that are not worth what they cost. What they come to in radii and counts follows from
 //!
 //! ```text
 //! merges(N, r) = merges(N_p, r_p) · N / N_p · (r / r_p)^d
@@ -232,7 +232,9 @@ fn start(settings: &Settings, pilot: &Pilot, open: &mut Open) {
             _ => 1.0,
         };
         open.merges[i] = asked.radius == Radius::Auto || asked.paths == PathCount::Auto;
-        open.may_leave[i] = unified && asked.radius == Radius::Auto && asked.paths == PathCount::Auto;
+        // Caustics may be smaller than what a pilot sees.
+        let robust = unified && technique != Technique::Surface;
+        open.may_leave[i] = robust && asked.radius == Radius::Auto && asked.paths == PathCount::Auto;
         let even = if open.merges[i] && merges > 0.0 { wanted / merges } else { f64::INFINITY };
         open.counts.merges[i] = even.min(open.most[i]);
     }
