@@ -4,11 +4,13 @@ mod common;
 
 use common::{Bench, EXPERIMENT};
 use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 use tyndall::experiment::overrides::Override;
 use tyndall::experiment::results::{Results, read};
 use tyndall::film::exr::{read_layers, read_rgb};
+use tyndall::render::LEFT_OUT;
 
 fn results(bench: &Bench) -> Results {
     read(bench.path("results/experiment")).unwrap()
@@ -362,6 +364,38 @@ fn contributions_are_kept_for_the_estimator_that_is_named() {
         }
         assert!(weight.pixels.iter().any(|p| p[0] > 0.0), "{key}");
     }
+}
+
+/// What a pilot left out is said where the others have numbers. Bugs that this keeps out: an image without light taken for a
+/// technique that adds nothing, and the noise of a clock for what it costs.
+#[test]
+fn techniques_that_are_left_out_are_said_to_be() {
+    let bench = Bench::new();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/medium-balls");
+    let text = format!(
+        "title = \"Left out\"\nbudget = {{ spp = 2 }}\nruns = 3\nsize = [32, 24]\n[figures]\ncosts = true\n\
+         contributions = \"upbp\"\n[[scene]]\nfile = {scene:?}\n[[estimator]]\npreset = \"upbp\"\n\
+         [[estimator]]\nname = \"even\"\npreset = \"upbp\"\nmerge = {{ efficient = false }}\n",
+    );
+    bench.write("experiment.toml", &text);
+    bench.succeed("run experiment.toml");
+    let results = results(&bench);
+    let page = std::fs::read_to_string(bench.path("results/experiment/index.html")).unwrap();
+    let mut left_out = 0;
+    for cell in &results.cells {
+        assert_eq!(cell.techniques.len(), 8, "{}", cell.estimator);
+        for share in &cell.techniques {
+            let said = cell.runs[0].merges.get(&share.technique).is_some_and(|words| words == LEFT_OUT);
+            let row = format!("data-estimator=\"{}\" data-technique=\"{}\"", cell.estimator, share.technique);
+            let row = page.split(&row).nth(1).unwrap().split("</tr>").next().unwrap();
+            assert_eq!(row.contains(LEFT_OUT), said, "{row}");
+            assert_eq!(share.time.is_none(), said, "{share:?}");
+            assert!(!said || share.energy.mean == 0.0);
+            left_out += usize::from(said);
+        }
+    }
+    assert!(left_out > 0, "otherwise this shows nothing");
+    assert!(results.cell("medium-balls", "even").unwrap().techniques.iter().all(|t| t.time.is_some()));
 }
 
 #[test]

@@ -13,6 +13,7 @@ use crate::render::Engine;
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
 use crate::transport::technique::{Technique, TechniqueSet};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,31 +22,40 @@ const ROUNDS: usize = 5;
 /// Seconds that one measurement takes at least, if its iterations are shorter.
 const LEAST_SECONDS: f64 = 0.02;
 
+/// Seconds an iteration, round by round.
+#[derive(Serialize, Deserialize)]
+struct Seconds {
+    /// Of the whole set.
+    whole: Vec<f64>,
+    /// Without each technique, by its key; none for those that are left out of the set as it is.
+    without: Vec<(String, Vec<f64>)>,
+}
+
 /// The share of an iteration's time that each technique costs, read from `file` if it was measured before. Empty where one
 /// technique is alone.
 ///
 /// # Errors
 /// Settings that make no sense; a file that cannot be written.
 pub fn costs(scene: &Scene, settings: &Settings, file: &Path) -> Result<Vec<(Technique, Estimate)>> {
-    let techniques: Vec<Technique> = settings.techniques.iter().collect();
-    if techniques.len() < 2 {
+    if settings.techniques.iter().count() < 2 {
         return Ok(Vec::new());
     }
     let known = std::fs::read(file).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    let seconds: Vec<Vec<f64>> = match known {
+    let seconds: Seconds = match known {
         Some(seconds) => seconds,
         None => {
-            let seconds = measure(scene, settings, &techniques)?;
+            let seconds = measure(scene, settings)?;
             write_bytes(file, &serde_json::to_vec(&seconds).expect("numbers have a JSON form"))?;
             seconds
         }
     };
-    let Some((whole, without)) = seconds.split_first() else { return Ok(Vec::new()) };
-    let share = |(technique, without): (Technique, &Vec<f64>)| {
-        let values: Vec<[f64; 2]> = whole.iter().zip(without).map(|(all, less)| [all - less, *all]).collect();
+    let share = |technique: Technique| {
+        let (_, without) = seconds.without.iter().find(|(key, _)| key == technique.info().key)?;
+        let pairs = seconds.whole.iter().zip(without);
+        let values: Vec<[f64; 2]> = pairs.map(|(all, less)| [all - less, *all]).collect();
         Some((technique, ratio(&values)?))
     };
-    Ok(techniques.into_iter().zip(without).filter_map(share).collect())
+    Ok(settings.techniques.iter().filter_map(share).collect())
 }
 
 /// Names what is measured: what decides the samples, and the machine.
@@ -55,14 +65,15 @@ pub fn file_name(unit: &str, clock: &str) -> String {
     format!("{}.json", &hasher.hex()[..16])
 }
 
-/// Seconds an iteration, round by round: of the whole set, then without each technique.
-fn measure(scene: &Scene, settings: &Settings, techniques: &[Technique]) -> Result<Vec<Vec<f64>>> {
+/// Seconds an iteration: of the whole set, then without each technique of it.
+fn measure(scene: &Scene, settings: &Settings) -> Result<Seconds> {
     let pinned = Settings { layers: Layers::None, ..settings.pinned(scene) };
-    let without = |left_out: &Technique| {
-        let others: Vec<Technique> = techniques.iter().copied().filter(|t| t != left_out).collect();
-        Settings { techniques: TechniqueSet::of(&others), ..pinned }
+    let active: Vec<Technique> = pinned.active().iter().collect();
+    let without = |technique: &Technique| {
+        let others = pinned.techniques.without(TechniqueSet::of(&[*technique]));
+        Settings { techniques: others, ..pinned }
     };
-    let sets = std::iter::once(pinned).chain(techniques.iter().map(without));
+    let sets = std::iter::once(pinned).chain(active.iter().map(without));
     let mut engines = sets.map(|s| Engine::new(scene, s)).collect::<Result<Vec<_>>>()?;
     let mut outcomes: Vec<_> = engines.iter().map(Engine::nothing_yet).collect();
     let mut seconds = vec![Vec::new(); engines.len()];
@@ -79,5 +90,8 @@ fn measure(scene: &Scene, settings: &Settings, techniques: &[Technique]) -> Resu
             }
         }
     }
-    Ok(seconds)
+    let mut seconds = seconds.into_iter();
+    let whole = seconds.next().expect("the whole set is measured first");
+    let keys = active.iter().map(|t| t.info().key.to_owned());
+    Ok(Seconds { whole, without: keys.zip(seconds).collect() })
 }

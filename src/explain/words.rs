@@ -25,6 +25,9 @@ pub fn text(
         text.push_str(line.trim_end());
         text.push('\n');
     };
+    if !settings.left_out.is_empty() {
+        put(format!("Left out, as they are not worth what they cost here: {}.", settings.left_out));
+    }
     put(format!("{} samples, of a luminance of {total:.6e} in all; the largest:", found.len()));
     put(format!(
         "{:>4} {:>10} {:<10} {:>3} {:>3} {:>13} {:>8} {:>13} {:>10}",

@@ -156,13 +156,16 @@ fn thinned(scene: &Scene, renderer: &Renderer) -> Vec<(&'static str, String)> {
     lines
 }
 
+/// What is said of a technique's merges where a pilot found them not worth what they cost.
+pub const LEFT_OUT: &str = "left out, as it is not worth what it costs here";
+
 /// How the merges that are on gather in the first iteration.
 fn gathered(renderer: &Renderer) -> Vec<(&'static str, String)> {
     let settings = renderer.settings();
     let on = MERGES.into_iter().filter(|t| settings.techniques.has(*t));
     on.map(|t| {
         if renderer.left_out().has(t) {
-            return (t.info().key, "left out, as it is not worth what it costs here".to_owned());
+            return (t.info().key, LEFT_OUT.to_owned());
         }
         let now = renderer.gathers().of(t);
         let alpha = settings.merging.of(t).alpha;

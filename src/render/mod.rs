@@ -9,5 +9,5 @@ pub mod observer;
 pub mod tev;
 
 pub use budget::{Budget, Stop};
-pub use job::{Engine, Job, Outcome};
+pub use job::{Engine, Job, LEFT_OUT, Outcome};
 pub use observer::{Observer, Silent};

@@ -6,10 +6,11 @@ use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::{percent, significant};
 use super::picture::Picture;
-use crate::experiment::results::{Estimate, TechniqueShare};
+use crate::experiment::results::{Estimate, Run, TechniqueShare};
 use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
 use crate::film::{Image, ScalarImage};
+use crate::render::LEFT_OUT;
 use crate::transport::technique::TECHNIQUES;
 
 /// Maps are at most so large.
@@ -68,6 +69,11 @@ fn table(m: &mut Markup, told: &[&Entry]) {
                             m.text(&entry.info.label);
                         });
                         technique(m, share);
+                        if left_out(entry, share) {
+                            let columns = if timed { "4" } else { "3" };
+                            m.leaf("td", &[("class", &"note"), ("colspan", &columns)], LEFT_OUT);
+                            return;
+                        }
                         for value in [Some(share.energy), share.variance, share.caused] {
                             let text = value.map_or_else(|| "–".into(), |v| share_text(&v));
                             m.leaf("td", &[("class", &"number")], text);
@@ -81,6 +87,13 @@ fn table(m: &mut Markup, told: &[&Entry]) {
             }
         }
     });
+}
+
+/// Whether a pilot left a technique out.
+fn left_out(entry: &Entry, share: &TechniqueShare) -> bool {
+    let mut runs = entry.cell.runs.iter();
+    let left_out = |run: &Run| run.merges.get(&share.technique).is_some_and(|words| words == LEFT_OUT);
+    runs.next().is_some_and(left_out)
 }
 
 fn technique(m: &mut Markup, share: &TechniqueShare) {
@@ -165,6 +178,7 @@ fn techniques(m: &mut Markup, view: &SceneView, entry: &Entry, file: &LayeredIma
         .cell
         .techniques
         .iter()
+        .filter(|t| !left_out(entry, t))
         .filter_map(|t| Some((t, scalar(file.layer(&format!("variance.{}", t.technique))?, mean_of))))
         .collect();
     if layers.len() < 2 {
