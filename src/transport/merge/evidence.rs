@@ -134,13 +134,12 @@ impl Evidence {
                 drawn = up_to;
             }
         }
-        let structures = pilot.structures(scene);
         let judged: Vec<Vec<Judged>> = order
             .par_iter()
             .map(|maker| {
                 let mut recorder = Recorder::default();
                 match maker {
-                    Maker::Camera(pixel) => pilot.trace_camera(scene, &structures, *pixel, &mut recorder),
+                    Maker::Camera(pixel) => pilot.trace_camera(scene, *pixel, &mut recorder),
                     Maker::Light(path) => {
                         light_path::trace(scene, &pilot.pass, *path, &mut Stored::default(), &mut recorder);
                     }

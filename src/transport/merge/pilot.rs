@@ -24,6 +24,12 @@ pub const GRID: u32 = 32;
 const SIDE: u32 = 48;
 /// Light subpaths of the pilot.
 const PATHS: u64 = 8192;
+/// … or as few, where more would make more samples a camera subpath than [`MOST_SEEN`].
+const LEAST_PATHS: u64 = 64;
+/// Samples a camera subpath at most, on average.
+const MOST_SEEN: f64 = 800.0;
+/// That is found out from one camera subpath of so many.
+const FEW: usize = 23;
 /// The pilot's random numbers are those of an iteration that no render comes to.
 pub const PILOT: u64 = u64::MAX;
 /// Stands for no medium.
@@ -98,6 +104,8 @@ pub struct Pilot {
     pub paths: u64,
     /// The light subpaths.
     chunks: Vec<Stored>,
+    /// What merges find them by.
+    structures: Photons,
     /// By camera subpath, its steps.
     pub tracks: Vec<Vec<Step>>,
     /// What was recorded.
@@ -228,7 +236,26 @@ impl Pilot {
         let thinning = Thinning { continuations: Vec::new(), ..thinning.clone() };
         let pass = Pass::new(settings, PILOT, *gathers, partners, thinning);
         let needed = if settings.needs_partners() { partners } else { 0 }.max(pass.merged_paths());
-        let paths = PATHS.min(needed);
+        let all: Vec<UVec2> = tracked(scene).collect();
+        let some: Vec<UVec2> = all.iter().step_by(FEW).copied().collect();
+        let mut paths = PATHS.min(needed);
+        loop {
+            let mut pilot = Self::walk_light(scene, pass.clone(), paths);
+            let seen: usize = pilot.watch(scene, &some).iter().map(|(_, seen)| seen.len()).sum();
+            let too_many = seen as f64 / (some.len() as f64 * MOST_SEEN);
+            if too_many <= 1.0 || paths <= LEAST_PATHS {
+                for (steps, of_path) in pilot.watch(scene, &all) {
+                    pilot.tracks.push(steps);
+                    pilot.seen.extend(of_path);
+                }
+                return pilot;
+            }
+            paths = ((paths as f64 / too_many) as u64).clamp(LEAST_PATHS, paths - 1);
+        }
+    }
+
+    /// With so many light subpaths, and no camera subpaths yet.
+    fn walk_light(scene: &Scene, pass: Pass, paths: u64) -> Self {
         let walked: Vec<(Stored, Vec<Seen>, [f64; 3])> =
             (0..paths.div_ceil(CHUNK)).into_par_iter().map(|c| walk_chunk(scene, &pass, c, paths)).collect();
         let mut seen = Vec::new();
@@ -243,10 +270,12 @@ impl Pilot {
         let sum = |of: fn(&Stored) -> usize| a_path(chunks.iter().map(of).sum::<usize>() as f64);
         let (photons, beams) = (sum(|c| c.photons.len()), sum(|c| c.beams.len()));
         let [light_vertices, light_connections, light_cells] = light.map(a_path);
-        let mut pilot = Self {
+        let structures = Photons::build(scene, &pass, &chunks);
+        Self {
             pass,
             paths,
             chunks,
+            structures,
             tracks: Vec::new(),
             seen,
             photons,
@@ -254,32 +283,18 @@ impl Pilot {
             light_vertices,
             light_cells,
             light_connections,
-        };
-        let structures = pilot.structures(scene);
-        let all: Vec<UVec2> = tracked(scene).collect();
-        let watched: Vec<(Vec<Step>, Vec<Seen>)> = all
-            .par_iter()
-            .map(|pixel| {
-                let mut watch = Watch::of(
-                    scene,
-                    &pilot.pass,
-                    Maker::Camera(*pixel),
-                    pilot.share_of_partner(scene, *pixel),
-                );
-                pilot.trace_camera(scene, &structures, *pixel, &mut watch);
-                (watch.steps, watch.seen)
-            })
-            .collect();
-        for (steps, of_path) in watched {
-            pilot.tracks.push(steps);
-            pilot.seen.extend(of_path);
         }
-        pilot
     }
 
-    /// What merges find light subpaths by.
-    pub fn structures(&self, scene: &Scene) -> Photons {
-        Photons::build(scene, &self.pass, &self.chunks)
+    /// What camera subpaths of these pixels do.
+    fn watch(&self, scene: &Scene, pixels: &[UVec2]) -> Vec<(Vec<Step>, Vec<Seen>)> {
+        let of_pixel = |pixel: &UVec2| {
+            let partners = self.share_of_partner(scene, *pixel);
+            let mut watch = Watch::of(scene, &self.pass, Maker::Camera(*pixel), partners);
+            self.trace_camera(scene, *pixel, &mut watch);
+            (watch.steps, watch.seen)
+        };
+        pixels.par_iter().map(of_pixel).collect()
     }
 
     /// The number of the light subpath that a pixel's camera subpath is connected with.
@@ -302,9 +317,9 @@ impl Pilot {
     }
 
     /// Traces the camera subpath of a pixel.
-    pub fn trace_camera<S: Sink>(&self, scene: &Scene, structures: &Photons, pixel: UVec2, sink: &mut S) {
+    pub fn trace_camera<S: Sink>(&self, scene: &Scene, pixel: UVec2, sink: &mut S) {
         let vertices = self.partner_vertices(scene, pixel);
-        let partners = Partners { vertices, photons: Some(structures) };
+        let partners = Partners { vertices, photons: Some(&self.structures) };
         camera_path::trace(scene, &self.pass, pixel, partners, sink);
     }
 
