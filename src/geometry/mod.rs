@@ -11,6 +11,7 @@
 
 mod aabb;
 mod bvh;
+mod facing;
 mod lathe;
 pub mod load;
 mod mesh;
@@ -204,6 +205,11 @@ impl Geometry {
     /// Numbers about a shape.
     pub fn stats(&self, shape: u32) -> ShapeStats {
         ShapeStats::of(&self.shapes[shape as usize].desc)
+    }
+
+    /// The least box about a shape.
+    pub fn shape_bounds(&self, shape: u32) -> Aabb {
+        self.shapes[shape as usize].desc.bounds()
     }
 
     /// The least box about all shapes; [`Aabb::EMPTY`] without any.

@@ -1,5 +1,6 @@
 //! Points drawn on shapes.
 
+use super::facing::Facing;
 use super::quadric::{Disc, Sphere};
 use super::{Geometry, Shape, ShapeDesc, SurfacePoint, TriangleMesh};
 use crate::math::{Discrete, warp};
@@ -74,12 +75,29 @@ impl Geometry {
         (pdf > 0.0).then_some((point, pdf))
     }
 
-    /// As [`Self::sample_toward`], of the point only what a light needs.
+    /// As [`Self::sample_toward`], of the point only what a light needs; of a mesh by where its triangles face
+    /// ([`super::facing`]). `both`: the shape shines on either side.
     #[inline]
-    pub(crate) fn sample_place_toward(&self, shape: u32, from: Vec3A, u: Vec2) -> Option<(Place, f32)> {
+    pub(crate) fn sample_place_toward(
+        &self,
+        shape: u32,
+        from: Vec3A,
+        both: bool,
+        u: Vec2,
+    ) -> Option<(Place, f32)> {
         let s = &self.shapes[shape as usize];
-        if let ShapeDesc::Sphere { .. } = s.desc {
-            return self.sample_sphere_toward(shape, from, u);
+        match s.desc {
+            ShapeDesc::Sphere { .. } => return self.sample_sphere_toward(shape, from, u),
+            ShapeDesc::Mesh(ref mesh) => {
+                let facets = s.facets(mesh);
+                if let Some(facing) = &facets.facing {
+                    let (i, rest, pdf) = facing.sample(from, both, u.x)?;
+                    let facet = &facets.list[i];
+                    let p = facet.point(warp::uniform_triangle(Vec2::new(rest, u.y)));
+                    return Some((Place { p, ng: facet.ng, prim: s.first + i as u32 }, pdf));
+                }
+            }
+            ShapeDesc::Disc { .. } => {}
         }
         (s.inv_area > 0.0).then(|| (self.sample_place(shape, u), s.inv_area))
     }
@@ -94,7 +112,7 @@ impl Geometry {
             }
             None => self.sample_place(shape, u),
         };
-        let pdf = self.pdf_place_toward(shape, from, (place.p, place.ng));
+        let pdf = self.pdf_in_cone(shape, from, (place.p, place.ng));
         (pdf > 0.0).then_some((place, pdf))
     }
 
@@ -114,12 +132,30 @@ impl Geometry {
     /// Density per area with which [`Self::sample_toward`] gives `point` from `from`.
     #[inline]
     pub fn pdf_toward(&self, shape: u32, from: Vec3A, point: &SurfacePoint) -> f32 {
-        self.pdf_place_toward(shape, from, (point.p, point.ng))
+        self.pdf_in_cone(shape, from, (point.p, point.ng))
     }
 
-    /// As [`Self::pdf_toward`], of a position and the normal there.
+    /// Density per area with which [`Self::sample_place_toward`] gives a position, with the normal and the primitive there.
     #[inline]
-    pub(crate) fn pdf_place_toward(&self, shape: u32, from: Vec3A, place: (Vec3A, Vec3A)) -> f32 {
+    pub(crate) fn pdf_place_toward(
+        &self,
+        shape: u32,
+        from: Vec3A,
+        both: bool,
+        (p, ng, prim): (Vec3A, Vec3A, u32),
+    ) -> f32 {
+        let s = &self.shapes[shape as usize];
+        if let ShapeDesc::Mesh(ref mesh) = s.desc
+            && let Some(facing) = &s.facets(mesh).facing
+        {
+            return facing.pdf(from, both, (prim - s.first) as usize);
+        }
+        self.pdf_in_cone(shape, from, (p, ng))
+    }
+
+    /// Density per area of a position with the normal there: in the cone in which a sphere is seen, else uniform.
+    #[inline]
+    fn pdf_in_cone(&self, shape: u32, from: Vec3A, place: (Vec3A, Vec3A)) -> f32 {
         let s = &self.shapes[shape as usize];
         let cone = match s.desc {
             ShapeDesc::Sphere { centre, radius } => Sphere { centre, radius }.pdf_cone(from, place),
@@ -135,6 +171,8 @@ pub(super) struct Facets {
     /// Which one, by area.
     picker: Discrete,
     list: Vec<Facet>,
+    /// Where they face; `None` where all face the same way.
+    facing: Option<Facing>,
 }
 
 /// A triangle for points on it.
@@ -155,7 +193,7 @@ impl Facets {
             let [a, b, c] = mesh.corners(i).map(|v| v.as_dvec3());
             Facet { ng: mesh.facet(i), corner: a, edges: [b - a, c - a] }
         });
-        Some(Self { picker, list: list.collect() })
+        Some(Self { picker, list: list.collect(), facing: Facing::of(mesh) })
     }
 }
 
@@ -168,11 +206,16 @@ impl Facet {
 }
 
 impl Shape {
+    #[inline]
+    fn facets(&self, mesh: &TriangleMesh) -> &Facets {
+        let facets = self.facets.get_or_init(|| Facets::of(mesh)).as_ref();
+        facets.expect("a mesh has a triangle with an area, and no other triangles")
+    }
+
     /// A triangle of a mesh by area, and barycentric coordinates of its second and third corner, uniform over it.
     #[inline]
     fn sample_triangle(&self, mesh: &TriangleMesh, u: Vec2) -> (usize, &Facet, Vec2) {
-        let facets = self.facets.get_or_init(|| Facets::of(mesh)).as_ref();
-        let facets = facets.expect("a mesh has a triangle with an area, and no other triangles");
+        let facets = self.facets(mesh);
         let (i, rest) = facets.picker.sample(u.x);
         (i, &facets.list[i], warp::uniform_triangle(Vec2::new(rest, u.y)))
     }

@@ -1,5 +1,6 @@
-//! All lights of a scene, selected by their power.
+//! All lights of a scene: light subpaths start on them by their power, and toward a point they are selected by what they bring there.
 
+use super::reach::{Reach, Source};
 use super::{AreaLight, EmissionSample, Light, LightPoint, LightSample};
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::math::{Discrete, Frame, Rgb, RgbExt, warp};
@@ -8,12 +9,15 @@ use glam::{Vec2, Vec3A};
 /// What stands for "no light" in the map from shapes, and for "no primitive" in a [`LightPoint`].
 const NONE: u32 = u32::MAX;
 
-/// The lights of a scene. Both for emission and toward a reference point a light is selected with the probability in
-/// proportion to its power's luminance, the same everywhere; a light without power never.
+/// The lights of a scene. For emission a light is selected with the probability in proportion to its power's luminance; toward a
+/// reference point by what it would bring there ([`super::reach`]), where there are more than one and not too many. A light
+/// without power is never selected.
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Light>,
     selection: Discrete,
+    /// For the selection toward a point; `None` where the powers have to do.
+    reach: Option<Reach>,
     /// Power in W, a light each.
     powers: Vec<Rgb>,
     /// 1 / area of an area light's shape; 0 for other lights.
@@ -91,9 +95,12 @@ impl Lights {
         }
         let environment = environment.filter(|i| !silent(*i));
         let inv_disc = (1.0 / disc) as f32;
+        let sources: Vec<Source> = lights.iter().map(|light| source(light, geometry)).collect();
+        let reach = Reach::new(&sources, &powers, &selection, disc as f32);
         Ok(Self {
             lights,
             selection,
+            reach,
             powers,
             inv_areas,
             by_shape,
@@ -115,7 +122,7 @@ impl Lights {
         self.powers[i]
     }
 
-    /// Probability with which light `i` is selected.
+    /// Probability with which a light subpath starts on light `i`.
     #[inline]
     pub fn selection_pdf(&self, i: usize) -> f32 {
         self.selection.pdf(i)
@@ -199,8 +206,13 @@ impl Lights {
         u_select: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let (i, _) = self.selection.sample(u_select);
-        let select = self.selection.pdf(i);
+        let (i, select) = match &self.reach {
+            Some(reach) => reach.sample(from, u_select),
+            None => {
+                let (i, _) = self.selection.sample(u_select);
+                (i, self.selection.pdf(i))
+            }
+        };
         let light = i as u32;
         match &self.lights[i] {
             Light::Area(l) => area_sample(l, geometry, (light, select), from, u),
@@ -248,9 +260,12 @@ impl Lights {
     #[inline]
     pub fn pdf_toward(&self, geometry: &Geometry, lp: &LightPoint, from: Vec3A) -> f32 {
         let i = lp.light as usize;
-        let select = self.selection.pdf(i);
+        let select = self.reach.as_ref().map_or_else(|| self.selection.pdf(i), |reach| reach.pdf(i, from));
         match &self.lights[i] {
-            Light::Area(l) => select * geometry.pdf_place_toward(l.shape, from, (lp.p, lp.n)),
+            Light::Area(l) => {
+                let place = (lp.p, lp.n, lp.prim);
+                select * geometry.pdf_place_toward(l.shape, from, l.two_sided, place)
+            }
             Light::Point(_) | Light::Spot(_) | Light::Directional(_) => select,
             Light::Environment(l) => select * l.pdf(lp.n),
         }
@@ -303,6 +318,21 @@ impl Lights {
     }
 }
 
+/// A light as it is seen from afar.
+fn source(light: &Light, geometry: &Geometry) -> Source {
+    match light {
+        Light::Area(l) => {
+            let bounds = geometry.shape_bounds(l.shape);
+            Source { centre: bounds.centre(), radius: 0.5 * bounds.size().length(), infinite: false }
+        }
+        Light::Point(l) => Source { centre: l.position, radius: 0.0, infinite: false },
+        Light::Spot(l) => Source { centre: l.position, radius: 0.0, infinite: false },
+        Light::Directional(_) | Light::Environment(_) => {
+            Source { centre: Vec3A::ZERO, radius: 0.0, infinite: true }
+        }
+    }
+}
+
 /// Unit direction and distance from `from` to `to`; `None` where they are one point.
 #[inline]
 fn direction(from: Vec3A, to: Vec3A) -> Option<(Vec3A, f32)> {
@@ -332,7 +362,7 @@ fn area_sample(
     from: Vec3A,
     u: Vec2,
 ) -> Option<LightSample> {
-    let (s, pdf) = geometry.sample_place_toward(l.shape, from, u)?;
+    let (s, pdf) = geometry.sample_place_toward(l.shape, from, l.two_sided, u)?;
     let (dir, distance) = direction(from, s.p)?;
     let radiance = l.emitted(s.ng, -dir);
     if radiance.is_black() || pdf <= 0.0 {

@@ -17,6 +17,7 @@ pub mod directional;
 pub mod environment;
 pub mod lights;
 pub mod point;
+mod reach;
 pub mod spot;
 
 #[cfg(test)]

@@ -192,3 +192,74 @@ fn drawn_points_are_where_rays_find_them() {
         assert!((n.length() - 1.0).abs() < 1e-6);
     }
 }
+
+/// A mesh that is no convex body, beside a small shape so that its primitives do not start at 0.
+fn lamp() -> Geometry {
+    Geometry::build(vec![
+        ShapeDesc::Disc { centre: Vec3A::splat(9.0), normal: Vec3A::Z, radius: 0.1 },
+        ShapeDesc::Mesh(bumpy_sphere(8, 0.1, Vec3::ZERO, 1.0)),
+    ])
+}
+
+#[test]
+fn triangles_that_shine_follow_their_density() {
+    let geometry = lamp();
+    assert!(geometry.sample_area(1, Vec2::splat(0.3)).prim > 0, "the disc is the first primitive");
+    for (i, (from, both)) in [([4.0, 1.0, -2.0], false), ([1.3, -0.4, 0.9], true), ([0.1, 0.2, 0.0], false)]
+        .into_iter()
+        .enumerate()
+    {
+        let from = Vec3A::from(from);
+        let mut s = stream(80 + i as u64);
+        let (mut areas, mut densities) =
+            (std::collections::BTreeMap::new(), std::collections::BTreeMap::new());
+        let n = 200_000;
+        for _ in 0..n {
+            // How large each triangle is, by uniform points; what its density is there.
+            let place = geometry.sample_place(1, s.next_2d());
+            *areas.entry(place.prim).or_insert(0.0) += f64::from(geometry.area(1)) / f64::from(n);
+            let pdf = geometry.pdf_place_toward(1, from, both, (place.p, place.ng, place.prim));
+            densities.insert(place.prim, f64::from(pdf));
+        }
+        let sum: f64 = areas.iter().map(|(prim, area)| area * densities[prim]).sum();
+        assert!((sum - 1.0).abs() < 0.01, "the density is {sum} in all from {from}");
+        let mut drawn = std::collections::BTreeMap::new();
+        for _ in 0..n {
+            let (place, pdf) = geometry.sample_place_toward(1, from, both, s.next_2d()).expect("it is seen");
+            assert_eq!(pdf, geometry.pdf_place_toward(1, from, both, (place.p, place.ng, place.prim)));
+            *drawn.entry(place.prim).or_insert(0.0) += 1.0 / f64::from(n);
+        }
+        for (prim, share) in &drawn {
+            let expected = areas[prim] * densities[prim];
+            // Both sides are counts.
+            let error =
+                (expected * (1.0 + densities[prim] * f64::from(geometry.area(1))) / f64::from(n)).sqrt();
+            assert!((share - expected).abs() < 5.0 * error + 1e-6, "{prim}: {share} {expected} from {from}");
+        }
+    }
+}
+
+#[test]
+fn what_shines_toward_a_point_can_be_drawn_and_the_rest_is_rare() {
+    let geometry = lamp();
+    let mut s = stream(90);
+    let (mut facing, mut all) = (0u32, 0u32);
+    for _ in 0..20_000 {
+        let from = 6.0 * point(&mut s).normalize_or(Vec3A::X) * (0.2 + s.next_1d());
+        let place = geometry.sample_place(1, s.next_2d());
+        let cosine = place.ng.dot((from - place.p).normalize());
+        let pdf = |both| geometry.pdf_place_toward(1, from, both, (place.p, place.ng, place.prim));
+        assert!(cosine <= 1e-5 || pdf(false) > 0.0, "{from} sees {} at a cosine of {cosine}", place.p);
+        assert!(pdf(true) > 0.0 || cosine.abs() < 1e-5);
+        if from.length() > 5.0 {
+            let (place, _) = geometry.sample_place_toward(1, from, false, s.next_2d()).expect("it is seen");
+            facing += u32::from(place.ng.dot(from - place.p) > 0.0);
+            all += 1;
+        }
+    }
+    // By area it would be a half.
+    assert!(
+        f64::from(facing) > 0.75 * f64::from(all),
+        "{facing} of {all} points face who they are drawn for"
+    );
+}
