@@ -1,14 +1,19 @@
 //! What bookkeeping costs: CPU time of iterations into films of no, default and all layers, beside the same subpaths
-//! whose samples are added to a plain image.
+//! whose samples are added up to an image and nothing else.
 //!
 //!     cargo bench --bench film [-- SCENE PRESET SIZE ROUNDS]
+//!
+//! Two images stand beside the films. `racy` adds each sample to its pixel in f32 as it comes: no renderer on several threads
+//! can. `ordered` is what rendering is: samples of a camera subpath are summed and added to their pixel once, splats are kept
+//! and added in an order that does not depend on threads, in f64, so that long renders do not stall. What a film takes longer
+//! than `ordered` is bookkeeping: techniques apart, variance, outliers, counts of what is dropped.
 //!
 //! On one thread, taking turns, so that what else the machine does falls on all alike; the first round is not counted, as
 //! it touches the films' memory for the first time. Output is not part of it.
 
 use glam::UVec2;
 use std::path::Path;
-use tyndall::film::{BAND_ROWS, Film, Sample};
+use tyndall::film::{BAND_ROWS, Film, Sample, Splat};
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::camera_path::{self, Partners};
@@ -18,15 +23,27 @@ use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Layers, Renderer, Settings, Technique, TechniqueSet, light_path};
 
-/// Adds samples to an image and keeps nothing else of them, as a renderer must at least.
-struct Plain {
+/// Takes samples for an image.
+trait Image: Sink {
+    /// Samples are of the light subpaths of this chunk from now on.
+    fn start_chunk(&mut self, _chunk: usize) {}
+    /// Adds what light subpaths brought to the band that starts with this row.
+    fn start_band(&mut self, _top: u32) {}
+    /// Samples fall on this pixel from now on.
+    fn start_pixel(&mut self, pixel: usize);
+    /// All samples of the pixel were made.
+    fn end_pixel(&mut self) {}
+}
+
+/// Adds samples to an image in f32 as they come.
+struct Racy {
     width: usize,
     pixel: usize,
     image: Vec<[f32; 3]>,
     samples: u64,
 }
 
-impl Sink for Plain {
+impl Sink for Racy {
     #[inline]
     fn record(&mut self, sample: &Sample, joint: &Joint) {
         let pixel = match joint {
@@ -36,6 +53,71 @@ impl Sink for Plain {
         let value = sample.contribution * sample.weight;
         self.image[pixel].iter_mut().zip(value.to_array()).for_each(|(sum, v)| *sum += v);
         self.samples += 1;
+    }
+}
+
+impl Image for Racy {
+    fn start_pixel(&mut self, pixel: usize) {
+        self.pixel = pixel;
+    }
+}
+
+/// Adds samples to an image in an order that does not depend on threads.
+struct Ordered {
+    width: usize,
+    pixel: usize,
+    sum: [f64; 3],
+    image: Vec<[f64; 3]>,
+    /// `[chunk][band]`, as several threads fill them.
+    splats: Vec<Vec<Vec<Splat>>>,
+    chunk: usize,
+}
+
+fn add(sum: &mut [f64; 3], sample: &Sample) {
+    let value = sample.contribution * sample.weight;
+    if value.is_finite() {
+        sum.iter_mut().zip(value.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
+    }
+}
+
+impl Sink for Ordered {
+    #[inline]
+    fn record(&mut self, sample: &Sample, joint: &Joint) {
+        match joint {
+            Joint::Lens(_, pixel) => {
+                let (x, y) = (pixel.x as usize, pixel.y as usize);
+                self.splats[self.chunk][y / BAND_ROWS]
+                    .push(Splat::new(y % BAND_ROWS * self.width + x, sample));
+            }
+            _ => add(&mut self.sum, sample),
+        }
+    }
+}
+
+impl Image for Ordered {
+    fn start_chunk(&mut self, chunk: usize) {
+        let bands = (self.image.len() / self.width).div_ceil(BAND_ROWS);
+        self.splats.resize_with(self.splats.len().max(chunk + 1), || vec![Vec::new(); bands]);
+        self.splats[chunk].iter_mut().for_each(Vec::clear);
+        self.chunk = chunk;
+    }
+
+    fn start_band(&mut self, top: u32) {
+        let first = top as usize * self.width;
+        let band = top as usize / BAND_ROWS;
+        for splat in self.splats.iter().flat_map(|chunk| &chunk[band]) {
+            let (pixel, sample) = splat.sample();
+            add(&mut self.image[first + pixel], &sample);
+        }
+    }
+
+    fn start_pixel(&mut self, pixel: usize) {
+        self.pixel = pixel;
+    }
+
+    fn end_pixel(&mut self) {
+        let sum = std::mem::take(&mut self.sum);
+        self.image[self.pixel].iter_mut().zip(sum).for_each(|(pixel, v)| *pixel += v);
     }
 }
 
@@ -50,14 +132,16 @@ fn cpu() -> f64 {
 }
 
 /// An iteration without a film. Of sets that do not merge.
-fn plain(scene: &Scene, renderer: &Renderer, index: u64, chunks: &mut Vec<Stored>, sink: &mut Plain) {
+fn plain<S: Image>(scene: &Scene, renderer: &Renderer, index: u64, chunks: &mut Vec<Stored>, sink: &mut S) {
     let size = scene.camera.size();
-    let paths = u64::from(size.x) * u64::from(size.y);
     let settings = *renderer.settings();
-    let pass = Pass::new(settings, index, Gathers::default(), paths, renderer.thinning().clone());
+    let pixels = u64::from(size.x) * u64::from(size.y);
+    let paths = if settings.needs_light_paths() { pixels } else { 0 };
+    let pass = Pass::new(settings, index, Gathers::default(), pixels, renderer.thinning().clone());
     chunks.resize_with(paths.div_ceil(CHUNK) as usize, Stored::default);
     for (number, chunk) in chunks.iter_mut().enumerate() {
         chunk.clear(0);
+        sink.start_chunk(number);
         let first = number as u64 * CHUNK;
         for path in first..(first + CHUNK).min(paths) {
             light_path::trace(scene, &pass, path, chunk, sink);
@@ -66,6 +150,7 @@ fn plain(scene: &Scene, renderer: &Renderer, index: u64, chunks: &mut Vec<Stored
     }
     let tile = BAND_ROWS as u32;
     for top in (0..size.y).step_by(BAND_ROWS) {
+        sink.start_band(top);
         for left in (0..size.x).step_by(BAND_ROWS) {
             for y in top..(top + tile).min(size.y) {
                 for x in left..(left + tile).min(size.x) {
@@ -74,9 +159,10 @@ fn plain(scene: &Scene, renderer: &Renderer, index: u64, chunks: &mut Vec<Stored
                         true => chunks[(partner / CHUNK) as usize].path((partner % CHUNK) as usize),
                         false => &[],
                     };
-                    sink.pixel = partner as usize;
+                    sink.start_pixel(partner as usize);
                     let partners = Partners { vertices, photons: None };
                     camera_path::trace(scene, &pass, UVec2::new(x, y), partners, sink);
+                    sink.end_pixel();
                 }
             }
         }
@@ -98,10 +184,10 @@ fn main() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(&name);
     let scene = load(&path, &Overrides { size: Some(UVec2::splat(side)) }).unwrap_or_else(|e| panic!("{e}"));
     let techniques = TechniqueSet::parse([preset.as_str()]).unwrap_or_else(|e| panic!("{e}"));
-    let kinds = [("none", Layers::None), ("default", Layers::Families), ("all", Layers::All)];
+    let kinds = [Layers::None, Layers::Families, Layers::All];
     let mut films: Vec<(Renderer, Film)> = kinds
         .iter()
-        .map(|(_, layers)| {
+        .map(|layers| {
             let settings = Settings { layers: *layers, ..Settings::new(techniques) };
             (Renderer::new(&scene, settings).expect("sensible settings"), Film::new(&scene.camera, &settings))
         })
@@ -109,9 +195,11 @@ fn main() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let mut chunks = Vec::new();
     let merges = techniques.merges();
-    let mut times = vec![Vec::new(); kinds.len() + 1];
-    let pixels = (side * side) as usize;
-    let mut sink = Plain { width: side as usize, pixel: 0, image: vec![[0.0; 3]; pixels], samples: 0 };
+    let mut times = vec![Vec::new(); kinds.len() + 2];
+    let (width, pixels) = (side as usize, (side * side) as usize);
+    let mut racy = Racy { width, pixel: 0, image: vec![[0.0; 3]; pixels], samples: 0 };
+    let image = vec![[0.0; 3]; pixels];
+    let mut ordered = Ordered { width, pixel: 0, sum: [0.0; 3], image, splats: Vec::new(), chunk: 0 };
     for round in 0..=rounds {
         let index = u64::from(round);
         let mut keep = |i: usize, work: &mut (dyn FnMut() + Send)| {
@@ -122,18 +210,25 @@ fn main() {
             }
         };
         if !merges {
-            sink.samples = 0;
-            keep(0, &mut || plain(&scene, &films[0].0, index, &mut chunks, &mut sink));
+            racy.samples = 0;
+            keep(0, &mut || plain(&scene, &films[0].0, index, &mut chunks, &mut racy));
+            keep(1, &mut || plain(&scene, &films[0].0, index, &mut chunks, &mut ordered));
         }
         for (i, (renderer, film)) in films.iter_mut().enumerate() {
-            keep(i + 1, &mut || {
+            keep(i + 2, &mut || {
                 renderer.iteration(index, film);
             });
         }
     }
-    println!("{name}, {preset}, {side}x{side}, {} samples an iteration, medians of {rounds}:", sink.samples);
-    let base = if merges { 1 } else { 0 };
-    for (i, name) in ["plain", "none", "default", "all"].into_iter().enumerate().skip(base) {
+    let per_pixel = racy.samples as f64 / pixels as f64;
+    println!(
+        "{name}, {preset}, {side}x{side}, {per_pixel:.1} samples a pixel and iteration, medians of {rounds}:"
+    );
+    let base = if merges { 2 } else { 1 };
+    for (i, name) in ["racy", "ordered", "none", "default", "all"].into_iter().enumerate() {
+        if times[i].is_empty() {
+            continue;
+        }
         let ratios: Vec<f64> = times[i].iter().zip(&times[base]).map(|(t, b)| t / b).collect();
         println!("  {name:<10} {:.4} s, times {:.4}", median(&times[i]), median(&ratios));
     }

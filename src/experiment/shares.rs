@@ -165,6 +165,7 @@ mod tests {
                     let contribution = Rgb::splat(value);
                     band.record(pixel, &Sample { technique, s: 0, t: 2, contribution, weight: 1.0 });
                 }
+                band.settle(pixel);
             }
         });
         film

@@ -84,8 +84,6 @@ pub struct Film {
     width: usize,
     height: usize,
     pub(super) sums: Sums,
-    /// The combined image of the iteration that is under way; black between iterations.
-    frame: Vec<[f64; 3]>,
     /// Sum over iterations of the square of the combined image.
     pub(super) squares: Vec<[f64; 3]>,
     /// The largest luminance of the combined image in one iteration, and that iteration, counted in this film.
@@ -115,7 +113,6 @@ impl Film {
             width,
             height,
             sums: Sums::new(&layout, pixels),
-            frame: vec![[0.0; 3]; pixels],
             squares: vec![[0.0; 3]; pixels],
             outliers: vec![Outlier::default(); pixels],
             iterations: 0,
@@ -165,15 +162,25 @@ impl Film {
         let pixels = self.squares.par_chunks_mut(size).zip(self.outliers.par_chunks_mut(size));
         let dropped = parts
             .into_par_iter()
-            .zip(self.frame.par_chunks_mut(size).zip(pixels))
+            .zip(pixels)
             .enumerate()
-            .map(|(index, (sums, (frame, (squares, outliers))))| {
-                let first_row = index * BAND_ROWS;
-                let mut band =
-                    Band { layout, index, first_row, width, sums, frame, dropped: Dropped::default() };
+            .map_init(Vec::new, |splats, (index, (sums, (squares, outliers)))| {
+                splats.resize(squares.len(), [0.0; 3]);
+                let mut band = Band {
+                    layout,
+                    index,
+                    first_row: index * BAND_ROWS,
+                    width,
+                    iteration,
+                    sums,
+                    squares,
+                    outliers,
+                    splats,
+                    gathered: [[0.0; 3]; Technique::COUNT],
+                    dropped: Dropped::default(),
+                };
                 work(&mut band);
-                // While they are in the cache.
-                close(band.frame, squares, outliers, iteration);
+                band.settle_splats();
                 band.dropped
             })
             .reduce(Dropped::default, |a, b| Dropped(std::array::from_fn(|i| a.0[i] + b.0[i])));
@@ -278,75 +285,138 @@ pub struct Band<'a> {
     pub first_row: usize,
     /// Pixels a row.
     pub width: usize,
+    /// Number of the iteration in this film.
+    iteration: u32,
     sums: Part<'a>,
-    frame: &'a mut [[f64; 3]],
+    squares: &'a mut [[f64; 3]],
+    outliers: &'a mut [Outlier],
+    /// Splats on pixels that are not settled yet; black before and after an iteration.
+    splats: &'a mut [[f64; 3]],
+    /// What the pixel that is being traced got, by technique: most samples fall on one pixel after the other, and are
+    /// added up here, where the processor has them at hand. Black between pixels.
+    gathered: [[f64; 3]; Technique::COUNT],
     dropped: Dropped,
 }
 
 impl Band<'_> {
     /// Rows in it.
     pub fn rows(&self) -> usize {
-        self.frame.len() / self.width
+        self.splats.len() / self.width
     }
 
-    /// Says that there will be samples on the pixel `pixel` soon.
+    /// Says that [`Self::settle`] will be asked for the pixel `pixel` soon.
     #[inline]
     pub fn expect_pixel(&self, pixel: usize) {
-        prefetch(self.frame, pixel);
+        prefetch(self.squares, pixel);
+        prefetch(self.outliers, pixel);
         self.sums.expect_pixel(pixel);
     }
 
-    /// Adds splats, which fall on the band's pixels in no order.
+    /// Takes splats, which fall on the band's pixels in no order. All of an iteration at once, before pixels are settled.
     pub fn record_splats<'b>(&mut self, splats: impl Iterator<Item = &'b Splat> + Clone) {
         // What a splat is added to is asked for so many splats before.
         const AHEAD: usize = 16;
+        let Some(family) = self.layout.family(Technique::Lens) else { return };
+        let layers = self.layout.has_layers();
         let mut coming = splats.clone().skip(AHEAD);
         for splat in splats {
             if let Some(next) = coming.next() {
                 let (pixel, sample) = next.sample();
-                prefetch(self.frame, pixel);
-                let family = self.layout.family(sample.technique);
-                self.sums.expect(pixel, family, self.layout.pair(sample.s, sample.t));
+                prefetch(self.splats, pixel);
+                if layers {
+                    self.sums.expect(pixel, family, self.layout.pair(sample.s, sample.t));
+                }
             }
             let (pixel, sample) = splat.sample();
-            self.record(pixel, &sample);
+            if let Some(weighted) = self.checked(&sample) {
+                add(&mut self.splats[pixel], weighted);
+                if layers {
+                    self.record_layers(pixel, &sample, weighted);
+                }
+            }
         }
     }
 
-    /// Adds a sample to the pixel `pixel` (counted from the band's first). What is not finite is counted
-    /// and left out.
+    /// Takes a sample of the pixel `pixel` (counted from the band's first), which becomes part of the film with
+    /// [`Self::settle`]. What is not finite is counted and left out.
     #[inline]
     pub fn record(&mut self, pixel: usize, sample: &Sample) {
-        let weighted = sample.contribution * sample.weight;
-        if !(weighted.is_finite() && sample.contribution.is_finite()) {
-            self.dropped.0[sample.technique.index()] += 1;
-            return;
+        debug_assert!(
+            self.layout.family(sample.technique).is_some(),
+            "only techniques that are on make samples"
+        );
+        if let Some(weighted) = self.checked(sample) {
+            add(&mut self.gathered[sample.technique.index()], weighted);
+            if self.layout.has_layers() {
+                self.record_layers(pixel, sample, weighted);
+            }
         }
-        let weighted = weighted.to_array();
-        self.frame[pixel].iter_mut().zip(weighted).for_each(|(sum, v)| *sum += f64::from(v));
-        let unweighted = sample.contribution.to_array();
-        self.sums.add(pixel, self.layout.family(sample.technique), weighted, unweighted, sample.weight);
+    }
+
+    /// Adds the samples since the last call, and the splats on it, to the pixel `pixel`: to its techniques' sums, and what they
+    /// come to in all to its variance. Once a pixel and iteration, as its part of the film comes by once then.
+    #[inline]
+    pub fn settle(&mut self, pixel: usize) {
+        let splats = std::mem::take(&mut self.splats[pixel]);
+        let lens = &mut self.gathered[Technique::Lens.index()];
+        (0..3).for_each(|c| lens[c] += splats[c]);
+        let mut whole = [0.0; 3];
+        for (technique, sum) in self.layout.order().iter().zip(self.sums.of_pixel(pixel)) {
+            let gathered = std::mem::take(&mut self.gathered[usize::from(*technique)]);
+            for c in 0..3 {
+                sum[c] += gathered[c];
+                whole[c] += gathered[c];
+            }
+        }
+        let squares = &mut self.squares[pixel];
+        (0..3).for_each(|c| squares[c] += whole[c] * whole[c]);
+        let luminance = Rgb::from_array(whole.map(|v| v as f32)).luminance();
+        let outlier = &mut self.outliers[pixel];
+        if luminance > outlier.luminance {
+            *outlier = Outlier { luminance, iteration: self.iteration };
+        }
+    }
+
+    /// Settles the pixels with splats that no camera subpath was traced for.
+    fn settle_splats(&mut self) {
+        debug_assert!(self.gathered.as_flattened().iter().all(|v| *v == 0.0), "all pixels are settled");
+        for pixel in 0..self.splats.len() {
+            if self.splats[pixel] != [0.0; 3] {
+                self.settle(pixel);
+            }
+        }
+    }
+
+    /// The weighted contribution, where all of the sample is finite.
+    #[inline]
+    fn checked(&mut self, sample: &Sample) -> Option<Rgb> {
+        let weighted = sample.contribution * sample.weight;
+        let finite = weighted.is_finite() && sample.contribution.is_finite();
+        if !finite {
+            self.dropped.0[sample.technique.index()] += 1;
+        }
+        finite.then_some(weighted)
+    }
+
+    /// Adds a sample to what is kept where there are layers. Not inlined: there are many places that record.
+    #[inline(never)]
+    fn record_layers(&mut self, pixel: usize, sample: &Sample, weighted: Rgb) {
+        let Some(family) = self.layout.family(sample.technique) else { return };
+        let (weighted, unweighted) = (weighted.to_array(), sample.contribution.to_array());
+        self.sums.add_beside(pixel, family, unweighted, sample.weight);
         if let Some(pair) = self.layout.pair(sample.s, sample.t) {
             self.sums.add_pair(pixel, pair, weighted, unweighted);
         }
     }
 }
 
+/// Adds to a sum in f64.
+#[inline]
+fn add(sum: &mut [f64; 3], value: Rgb) {
+    sum.iter_mut().zip(value.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
+}
+
 /// The mean of weights with this sum; 0 of none.
 pub fn mean_weight(sum: f64, samples: f64) -> f64 {
     if samples > 0.0 { sum / samples } else { 0.0 }
-}
-
-/// Closes an iteration of some pixels: squares the combined image into the variance sums and clears it.
-fn close(frame: &mut [[f64; 3]], squares: &mut [[f64; 3]], outliers: &mut [Outlier], iteration: u32) {
-    for ((f, s), outlier) in frame.iter_mut().zip(squares).zip(outliers) {
-        for c in 0..3 {
-            s[c] += f[c] * f[c];
-        }
-        let luminance = Rgb::from_array(f.map(|v| v as f32)).luminance();
-        if luminance > outlier.luminance {
-            *outlier = Outlier { luminance, iteration };
-        }
-        *f = [0.0; 3];
-    }
 }

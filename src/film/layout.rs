@@ -12,6 +12,8 @@ pub struct Layout {
     techniques: TechniqueSet,
     /// Index of each technique's weighted image.
     family: [Option<u16>; Technique::COUNT],
+    /// The technique's number of each weighted image.
+    order: Vec<u8>,
     families: usize,
     /// Whether the techniques' unweighted images and mean weights are kept too.
     layers: bool,
@@ -76,8 +78,9 @@ impl Layout {
     pub fn new(settings: &Settings) -> Self {
         let set = settings.techniques;
         let mut family = [None; Technique::COUNT];
-        let mut images = Vec::new();
+        let (mut images, mut order) = (Vec::new(), Vec::new());
         for technique in set.iter() {
+            order.push(technique.index() as u8);
             family[technique.index()] = Some(images.len() as u16);
             images.push(ImageKind::Family { technique, weighted: true });
         }
@@ -96,7 +99,7 @@ impl Layout {
                 }
             }
         }
-        Self { techniques: set, family, families, layers, pyramid, images }
+        Self { techniques: set, family, order, families, layers, pyramid, images }
     }
 
     /// What each image holds, in order.
@@ -114,13 +117,20 @@ impl Layout {
         self.techniques
     }
 
-    /// Number of a technique that is on, and index of its weighted image.
+    /// Index of the weighted image of a technique, where it is on.
     #[inline]
-    pub(super) fn family(&self, technique: Technique) -> usize {
-        usize::from(self.family[technique.index()].expect("only techniques that are on make samples"))
+    pub(super) fn family(&self, technique: Technique) -> Option<usize> {
+        self.family[technique.index()].map(usize::from)
+    }
+
+    /// [`Technique::index`] of the technique of each weighted image.
+    #[inline]
+    pub(super) fn order(&self) -> &[u8] {
+        &self.order
     }
 
     /// Whether the techniques' unweighted images and mean weights are kept.
+    #[inline]
     pub(super) fn has_layers(&self) -> bool {
         self.layers
     }
@@ -165,10 +175,11 @@ mod tests {
         settings.pyramid = 5;
         let layout = Layout::new(&settings);
         for (i, kind) in layout.images().iter().enumerate() {
+            let family = |technique| layout.family(technique).unwrap();
             let expected = match *kind {
-                ImageKind::Family { technique, weighted: true } => Place::Weighted(layout.family(technique)),
-                ImageKind::Family { technique, .. } => Place::Unweighted(layout.family(technique)),
-                ImageKind::Weight { technique } => Place::Weights(layout.family(technique)),
+                ImageKind::Family { technique, weighted: true } => Place::Weighted(family(technique)),
+                ImageKind::Family { technique, .. } => Place::Unweighted(family(technique)),
+                ImageKind::Weight { technique } => Place::Weights(family(technique)),
                 ImageKind::Pair { s, t, weighted } => {
                     let pair = layout.pair(s, t).unwrap();
                     assert!(pair < layout.pairs());

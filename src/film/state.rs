@@ -182,6 +182,7 @@ mod tests {
                         pixel,
                         &Sample { technique, s: 1, t: 2, contribution, weight: random.next_1d() },
                     );
+                    band.settle(pixel);
                 }
             });
         }

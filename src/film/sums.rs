@@ -137,46 +137,41 @@ impl Part<'_> {
     /// Brings near what is kept of a pixel.
     #[inline]
     pub(super) fn expect_pixel(&self, pixel: usize) {
-        prefetch(self.weighted, pixel * self.families);
+        // A prefetch brings two lines of 64 bytes, which is five entries of 24.
+        for family in (0..self.families).step_by(5) {
+            prefetch(self.weighted, pixel * self.families + family);
+        }
         if !self.beside.is_empty() {
             prefetch(self.beside, pixel * self.families);
         }
-        // A prefetch brings two lines of 64 bytes, which is five entries of 24.
         for pair in (0..self.pairs).step_by(5) {
             prefetch(self.by_pair, pixel * self.pairs + pair);
         }
     }
 
-    /// Brings near what a sample will be added to.
+    /// Brings near what is kept of a sample beside its weighted contribution.
     #[inline]
     pub(super) fn expect(&self, pixel: usize, family: usize, pair: Option<usize>) {
-        prefetch(self.weighted, pixel * self.families + family);
-        if !self.beside.is_empty() {
-            prefetch(self.beside, pixel * self.families + family);
-        }
+        prefetch(self.beside, pixel * self.families + family);
         if let Some(pair) = pair {
             prefetch(self.by_pair, pixel * self.pairs + pair);
         }
     }
 
-    /// Adds a sample of a technique.
+    /// The weighted contributions of a pixel, technique by technique.
     #[inline]
-    pub(super) fn add(
-        &mut self,
-        pixel: usize,
-        family: usize,
-        weighted: [f32; 3],
-        unweighted: [f32; 3],
-        weight: f32,
-    ) {
-        let i = pixel * self.families + family;
-        self.weighted[i].iter_mut().zip(weighted).for_each(|(sum, v)| *sum += f64::from(v));
-        if let Some(beside) = self.beside.get_mut(i) {
-            let [r, g, b] = unweighted;
-            // What is black does not count for the mean weight.
-            let (weight, one) = if unweighted == [0.0; 3] { (0.0, 0.0) } else { (weight, 1.0) };
-            beside.iter_mut().zip([r, g, b, weight, one]).for_each(|(sum, v)| *sum += v);
-        }
+    pub(super) fn of_pixel(&mut self, pixel: usize) -> &mut [[f64; 3]] {
+        &mut self.weighted[pixel * self.families..][..self.families]
+    }
+
+    /// Adds what is kept of a technique's sample beside its weighted contribution, where layers are kept.
+    #[inline]
+    pub(super) fn add_beside(&mut self, pixel: usize, family: usize, unweighted: [f32; 3], weight: f32) {
+        let [r, g, b] = unweighted;
+        // What is black does not count for the mean weight.
+        let (weight, one) = if unweighted == [0.0; 3] { (0.0, 0.0) } else { (weight, 1.0) };
+        let beside = &mut self.beside[pixel * self.families + family];
+        beside.iter_mut().zip([r, g, b, weight, one]).for_each(|(sum, v)| *sum += v);
     }
 
     /// Adds a sample of (s, t).

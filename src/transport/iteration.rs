@@ -167,10 +167,12 @@ fn trace_band(
                 } else {
                     &[]
                 };
-                band.expect_pixel(row * band.width + column);
-                let mut sink = PixelSink { pixel: row * band.width + column, band };
+                let place = row * band.width + column;
+                band.expect_pixel(place);
+                let mut sink = PixelSink { pixel: place, band };
                 let partners = Partners { vertices, photons };
                 camera_path::trace(scene, pass, pixel, partners, &mut sink);
+                band.settle(place);
             }
         }
     }

@@ -191,6 +191,7 @@ fn what_is_not_finite_is_counted() {
             band.record(2, &sample(Technique::NextEvent, f32::INFINITY, 0.0));
             band.record(2, &sample(Technique::Lens, 1.0, f32::NAN));
             band.record(2, &sample(Technique::Connect, 1.0, 0.5));
+            band.settle(2);
         }
     });
     let count = |t: Technique| film.dropped().0[t.index()];
@@ -225,6 +226,7 @@ fn mean_weights_count_samples() {
                 {
                     band.record(3, &sample(contribution, weight));
                 }
+                band.settle(3);
             }
         });
     }
