@@ -128,9 +128,7 @@ impl<'a> Replay<'a> {
 
     /// A light subpath, walked again.
     fn light(&self, pass: &Pass, path: u64) -> Recorder {
-        let mut recorder = Recorder::default();
-        light_path::trace(self.scene, pass, path, &mut Stored::default(), &mut recorder);
-        recorder
+        Recorder::of_light(self.scene, pass, path)
     }
 
     fn found(

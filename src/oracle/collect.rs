@@ -4,7 +4,9 @@ use super::{FullPath, MadeBy};
 use crate::film::Sample;
 use crate::light::LightPoint;
 use crate::scene::{Collision, Scene};
-use crate::transport::merge::MERGES;
+use crate::transport::light_path;
+use crate::transport::merge::{MERGES, Stored};
+use crate::transport::pass::Pass;
 use crate::transport::sink::{Joint, Sink, Start};
 use crate::transport::walk::{Place, Vertex};
 use glam::Vec3A;
@@ -27,6 +29,15 @@ pub struct Recorder {
     pub vertices: Vec<Vertex>,
     /// What techniques made of it.
     pub samples: Vec<(Sample, Joint)>,
+}
+
+impl Recorder {
+    /// Of a light subpath, walked again: its random numbers are a function of iteration and number.
+    pub fn of_light(scene: &Scene, pass: &Pass, path: u64) -> Self {
+        let mut recorder = Self::default();
+        light_path::trace(scene, pass, path, &mut Stored::default(), &mut recorder);
+        recorder
+    }
 }
 
 impl Sink for Recorder {

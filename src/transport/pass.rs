@@ -1,5 +1,6 @@
 //! An iteration's constants: what walks and merges share, and weights and estimators both read.
 
+use super::merge::settings::has_camera_beam;
 use super::merge::{Beams, Gathers, MERGES, place_of};
 use super::mis::{Merges, Pending};
 use super::settings::Settings;
@@ -53,7 +54,7 @@ impl Pass {
         let [surface, point_point, point_beam, beam_point, beam_beam] = MERGES.map(raise);
         let merges = Merges { surface, point_point, point_beam, beam_point, beam_beam };
         let beams = [Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam].into_iter().any(on);
-        let camera_beams = on(Technique::PointBeam) || on(Technique::BeamBeam);
+        let camera_beams = MERGES.into_iter().any(|t| has_camera_beam(t) && on(t));
         let streams = |kind| Streams::new(settings.seed, iteration, kind);
         Self {
             settings,

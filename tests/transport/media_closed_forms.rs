@@ -60,14 +60,19 @@ fn an_absorbing_slab_dims_exactly() {
         }
     }
     let scene = slab(50.0, "");
-    let exact = expected(&scene, |dir| {
-        let depth = 0.5 / f64::from(-dir.z);
-        std::array::from_fn(|c| (c + 1) as f64 * (-depth * ABSORPTION[c]).exp())
-    });
+    let exact = through(&scene, 0.5);
     for (names, iterations, detectable) in [("pt", 16, 0.002), ("bpt", 32, 0.005), ("lt", 512, 0.01)] {
         let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
         means.assert_same(&Means::known(&exact), &format!("absorbing slab, {names}"), detectable);
     }
+}
+
+/// What is to be seen of the lamp through so much of the slab (metres, straight through).
+fn through(scene: &Scene, thickness: f64) -> Image {
+    expected(scene, |dir| {
+        let depth = thickness / f64::from(-dir.z);
+        std::array::from_fn(|c| (c + 1) as f64 * (-depth * ABSORPTION[c]).exp())
+    })
 }
 
 /// Rays begin at the near plane, within the slab: what they cross before it dims nothing, and a wall there hides nothing.
@@ -76,10 +81,7 @@ fn what_is_before_the_near_plane_is_not_there() {
     let wall = "[material.black]\ndiffuse = { reflectance = 0 }\n[[shape]]\n\
                 rectangle = { corner = [-1, -1, 1], u = [2, 0, 0], v = [0, 2, 0] }\nmaterial = 'black'\n";
     let scene = slab_from(2.0, 50.0, wall);
-    let exact = expected(&scene, |dir| {
-        let depth = 0.3 / f64::from(-dir.z);
-        std::array::from_fn(|c| (c + 1) as f64 * (-depth * ABSORPTION[c]).exp())
-    });
+    let exact = through(&scene, 0.3);
     for (names, iterations, detectable) in [("hit", 16, 0.002), ("bpt", 32, 0.005), ("lens", 512, 0.01)] {
         let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
         means.assert_same(&Means::known(&exact), &format!("from the near plane, {names}"), detectable);

@@ -28,7 +28,7 @@
 use super::choice::{self, Open};
 use super::cost::Work;
 use super::evidence::{Counts, Evidence};
-use super::gather::Gathers;
+use super::gather::{Gathers, dimension};
 use super::pilot::{self, PILOT, Pilot};
 use super::settings::{MERGES, PathCount, Radius, place_of};
 use crate::geometry::Ray;
@@ -155,15 +155,6 @@ fn footprint(scene: &Scene) -> Option<f32> {
     }
     footprints.sort_by(f32::total_cmp);
     footprints.get(footprints.len() / 2).copied()
-}
-
-/// Dimension of a technique's kernel.
-fn dimension(technique: Technique) -> f64 {
-    match technique {
-        Technique::PointPoint => 3.0,
-        Technique::BeamBeam => 1.0,
-        _ => 2.0,
-    }
 }
 
 /// What is open, by what the pilot saw.

@@ -3,7 +3,7 @@
 
 use super::evidence::Counts;
 use super::pilot::{NO_MEDIUM, Pilot};
-use super::settings::{MERGES, place_of};
+use super::settings::{MERGES, has_camera_beam, place_of};
 use crate::scene::Scene;
 use crate::transport::technique::Technique;
 
@@ -38,7 +38,7 @@ impl Work {
                 work.cells += reached * f64::from(step.cells);
                 let left = reached * counts.rarer(step.medium, step.goes_on);
                 for ((sum, n), technique) in work.merges.iter_mut().zip(step.merges).zip(MERGES) {
-                    let along = matches!(technique, Technique::PointBeam | Technique::BeamBeam);
+                    let along = has_camera_beam(technique);
                     *sum += f64::from(n) * if along { left } else { reached };
                 }
                 reached = left;
@@ -89,7 +89,7 @@ impl Work {
             }
             let looks = match technique {
                 Technique::Surface => self.on_surfaces,
-                Technique::PointBeam | Technique::BeamBeam => 1.0 + vertices,
+                _ if has_camera_beam(technique) => 1.0 + vertices,
                 _ => self.in_media,
             };
             let [look, merge] = MERGE[place_of(technique).expect("a merge")];

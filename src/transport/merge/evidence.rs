@@ -25,11 +25,9 @@
 use super::moments::{Key, Moment, key, moments};
 use super::pilot::{Maker, NO_MEDIUM, Pilot};
 use super::settings::{MERGES, place_of};
-use super::store::Stored;
 use crate::oracle::collect::{Recorder, whole_path};
 use crate::oracle::{MadeBy, judge};
 use crate::scene::Scene;
-use crate::transport::light_path;
 use crate::transport::sink::Joint;
 use crate::transport::walk::Place;
 use rayon::prelude::*;
@@ -137,13 +135,14 @@ impl Evidence {
         let judged: Vec<Vec<Judged>> = order
             .par_iter()
             .map(|maker| {
-                let mut recorder = Recorder::default();
-                match maker {
-                    Maker::Camera(pixel) => pilot.trace_camera(scene, *pixel, &mut recorder),
-                    Maker::Light(path) => {
-                        light_path::trace(scene, &pilot.pass, *path, &mut Stored::default(), &mut recorder);
+                let recorder = match maker {
+                    Maker::Camera(pixel) => {
+                        let mut recorder = Recorder::default();
+                        pilot.trace_camera(scene, *pixel, &mut recorder);
+                        recorder
                     }
-                }
+                    Maker::Light(path) => Recorder::of_light(scene, &pilot.pass, *path),
+                };
                 let chosen = by_maker[&key(*maker)].iter();
                 chosen
                     .filter_map(|(ordinal, moment)| {
@@ -192,11 +191,7 @@ fn points(
 ) -> Option<(usize, Vec<Point>)> {
     let (sample, joint) = recorder.samples.get(ordinal)?;
     let nobody = Recorder::default();
-    let walked_again = |path: u64| {
-        let mut light = Recorder::default();
-        light_path::trace(scene, &pilot.pass, path, &mut Stored::default(), &mut light);
-        light
-    };
+    let walked_again = |path: u64| Recorder::of_light(scene, &pilot.pass, path);
     let traced = match (joint, maker) {
         (Joint::Merge(meeting), _) => {
             whole_path(scene, &walked_again(meeting.path.into()), recorder, sample, joint)?

@@ -26,6 +26,15 @@ impl GatherNow {
     }
 }
 
+/// Dimension of a technique's kernel.
+pub fn dimension(technique: Technique) -> f64 {
+    match technique {
+        Technique::PointPoint => 3.0,
+        Technique::BeamBeam => 1.0,
+        _ => 2.0,
+    }
+}
+
 /// How each technique gathers, in the order of [`MERGES`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gathers {
@@ -48,13 +57,8 @@ impl Gathers {
     pub fn at(&self, index: u64, settings: &MergeSettings) -> Self {
         let mut now = *self;
         for (gather, technique) in now.of.iter_mut().zip(MERGES) {
-            let dimension = match technique {
-                Technique::PointPoint => 3.0,
-                Technique::BeamBeam => 1.0,
-                _ => 2.0,
-            };
             let alpha = f64::from(settings.of(technique).alpha);
-            let shrunk = (index as f64 + 1.0).powf((alpha - 1.0) / dimension);
+            let shrunk = (index as f64 + 1.0).powf((alpha - 1.0) / dimension(technique));
             gather.radius *= shrunk as f32;
         }
         now

@@ -18,7 +18,7 @@
 
 use super::evidence::Counts;
 use super::pilot::{Maker, Pilot, Seen, tracked};
-use super::settings::{Beams, MERGES, place_of};
+use super::settings::{Beams, MERGES, has_camera_beam, place_of};
 use crate::scene::Scene;
 use crate::transport::technique::Technique;
 use glam::UVec2;
@@ -76,12 +76,7 @@ impl Moment {
 type Spot = (Key, u32, bool);
 
 fn spot(seen: &Seen) -> Spot {
-    (key(seen.maker), seen.t, is_along(seen.technique))
-}
-
-/// Whether a technique has a camera beam.
-fn is_along(technique: Technique) -> bool {
-    matches!(technique, Technique::PointBeam | Technique::BeamBeam)
+    (key(seen.maker), seen.t, has_camera_beam(seen.technique))
 }
 
 fn is_merge(seen: &Seen) -> bool {
@@ -195,8 +190,8 @@ impl<'a> Parts<'a> {
         // What a pixel sees first is the same in each iteration, however it changes from pixel to pixel.
         let long = self.pilot.pass.settings.merging.camera_beams == Beams::Long;
         let sure = match seen {
-            Seen { t: 2, technique, .. } if long && is_along(*technique) => 1.0,
-            Seen { t: 2, technique, on_surface, .. } if *on_surface || is_along(*technique) => {
+            Seen { t: 2, technique, .. } if long && has_camera_beam(*technique) => 1.0,
+            Seen { t: 2, technique, on_surface, .. } if *on_surface || has_camera_beam(*technique) => {
                 self.passes[part]
             }
             _ if is_direct(seen) => self.passes[part],

@@ -148,6 +148,12 @@ pub fn place_of(technique: Technique) -> Option<usize> {
     MERGES.iter().position(|t| *t == technique)
 }
 
+/// Whether a technique merges along camera beams.
+#[inline]
+pub fn has_camera_beam(technique: Technique) -> bool {
+    matches!(technique, Technique::PointBeam | Technique::BeamBeam)
+}
+
 impl MergeSettings {
     /// What is said of a technique.
     ///
