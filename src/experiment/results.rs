@@ -485,6 +485,17 @@ impl Cell {
     }
 }
 
+/// Whether whole results lie in a folder that were finished after `time` ([`machine::now`](super::machine::now)).
+pub fn finished_since(dir: &Path, time: &str) -> bool {
+    #[derive(Deserialize)]
+    struct End {
+        finished: String,
+        partial: bool,
+    }
+    let end = || serde_json::from_slice::<End>(&std::fs::read(dir.join(FILE_NAME)).ok()?).ok();
+    end().is_some_and(|end| !end.partial && *end.finished > *time)
+}
+
 /// Reads the results in a folder, or in the `results.json` that is named itself.
 ///
 /// # Errors

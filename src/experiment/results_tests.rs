@@ -116,3 +116,16 @@ fn damage_and_other_versions_are_said() {
     std::fs::write(&path, json.replacen("\"schema\": 1", "\"schema\": 99", 1)).unwrap();
     assert!(read(dir.path()).unwrap_err().to_string().contains("schema 99"));
 }
+
+#[test]
+fn only_whole_results_are_finished() {
+    let dir = tempfile::tempdir().unwrap();
+    let since = |time| finished_since(dir.path(), time);
+    assert!(!since("2026-01-01T00:00:00Z"), "there are none");
+    let mut results = results();
+    results.write(dir.path()).unwrap();
+    assert!(!since("2026-01-01T00:00:00Z"), "a part");
+    results.partial = false;
+    results.write(dir.path()).unwrap();
+    assert!(since("2026-01-01T00:00:00Z") && !since("2026-01-01T00:00:01Z"));
+}

@@ -89,7 +89,9 @@ pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Resul
     results.partial = options.stop.requested()
         || results.cells.len() < plan.scenes.len() * plan.estimators.len()
         || results.cells.iter().any(|c| c.runs.len() < plan.runs as usize || c.runs.iter().any(unfinished));
-    save(&mut results, options.out)?;
+    if !results.partial || !results::finished_since(options.out, &results.started) {
+        save(&mut results, options.out)?;
+    }
     Ok(results)
 }
 
@@ -143,7 +145,11 @@ struct Runner<'a> {
 }
 
 impl Runner<'_> {
+    /// Writes what there is so far, but not over what another process has finished meanwhile.
     fn save(&mut self) -> Result<()> {
+        if results::finished_since(self.options.out, &self.results.started) {
+            return Ok(());
+        }
         save(&mut self.results, self.options.out)
     }
 
