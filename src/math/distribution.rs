@@ -2,13 +2,41 @@
 
 use glam::Vec2;
 
-/// A discrete distribution over 0..n, sampled by inversion of its cumulative sums.
+/// Entries from which on a search begins at a guide: with fewer, bisection is as fast.
+const GUIDED: usize = 17;
+
+/// A discrete distribution over 0..n, sampled by inversion of its cumulative sums. Where there are many, the search
+/// for a number begins at a guide to its bucket, the n-th part of [0, 1) that it lies in, and looks at one entry or two in the mean
+/// [Chen and Asau 1974].
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// Cumulative probabilities, `cdf[0] = 0`, `cdf[n] = 1`.
     cdf: Vec<f32>,
+    /// How many of `cdf[1..]` lie in buckets before the k-th, k = 0..=n; empty where there are few.
+    guide: Vec<u32>,
     probability: Vec<f32>,
     total: f64,
+}
+
+/// The bucket of `u` among `n`. It never falls as `u` grows, whatever the rounding, and that is all a search needs.
+#[inline]
+fn bucket(u: f32, n: usize) -> usize {
+    ((u * n as f32) as usize).min(n - 1)
+}
+
+/// See [`Discrete::guide`].
+fn guide(ends: &[f32]) -> Vec<u32> {
+    let n = ends.len();
+    if n < GUIDED {
+        return Vec::new();
+    }
+    let mut passed = 0;
+    (0..=n)
+        .map(|k| {
+            passed += ends[passed..].partition_point(|c| bucket(*c, n) < k);
+            passed as u32
+        })
+        .collect()
 }
 
 impl Discrete {
@@ -30,7 +58,8 @@ impl Discrete {
         let last = weights.iter().rposition(|w| *w > 0.0).expect("the sum is positive");
         cdf[last + 1..].fill(1.0);
         let probability = weights.iter().map(|w| (w / total) as f32).collect();
-        Some(Self { cdf, probability, total })
+        let guide = guide(&cdf[1..]);
+        Some(Self { cdf, guide, probability, total })
     }
 
     /// Number of entries.
@@ -64,11 +93,25 @@ impl Discrete {
         let ends = &self.cdf[1..];
         let i = match ends {
             [first, _] => usize::from(*first <= u),
-            _ => ends.partition_point(|c| *c <= u).min(ends.len() - 1),
+            _ => self.search(u, ends).min(ends.len() - 1),
         };
         let (lo, hi) = (self.cdf[i], self.cdf[i + 1]);
         let rest = if hi > lo { (u - lo) / (hi - lo) } else { 0.0 };
         (i, rest.clamp(0.0, 1.0 - f32::EPSILON / 2.0))
+    }
+
+    /// How many of `ends` do not lie above `u`.
+    #[inline]
+    fn search(&self, u: f32, ends: &[f32]) -> usize {
+        // What lies in a bucket before u's lies below u, and what lies in one after it above.
+        let (from, to) = match self.guide[..] {
+            [] => (0, ends.len()),
+            _ => {
+                let k = bucket(u, ends.len());
+                (self.guide[k] as usize, self.guide[k + 1] as usize)
+            }
+        };
+        from + ends[from..to].partition_point(|c| *c <= u)
     }
 }
 
@@ -136,6 +179,23 @@ mod tests {
         assert_eq!(counts[0] + counts[2] + counts[5], 0.0, "entries without weight are never drawn");
         assert!(chi2 < 18.4, "chi² with 2 degrees of freedom at 1e-4: {chi2}");
         assert_eq!(d.sample(1.0 - f32::EPSILON / 2.0).0, 4, "the last entry with weight takes the top end");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn a_guided_search_finds_what_a_scan_finds(
+            sparse in proptest::collection::vec((0.0..1.0f64, -30..30i32, proptest::bool::ANY), 1..300),
+            numbers in proptest::collection::vec(0.0..1.0f32, 20),
+        ) {
+            let weights = sparse.iter().map(|&(w, k, on)| if on { w * f64::from(k).exp2() } else { 0.0 });
+            let Some(d) = Discrete::new(weights) else { return Ok(()) };
+            proptest::prop_assert_eq!(d.guide.is_empty(), d.len() < GUIDED);
+            let ends = d.cdf.iter().flat_map(|&c| [c.next_down(), c, c.next_up()]);
+            for u in ends.chain(numbers).filter(|u| (0.0..1.0).contains(u)) {
+                let scanned = d.cdf[1..].iter().position(|c| *c > u).unwrap();
+                proptest::prop_assert_eq!(d.sample(u).0, if d.len() == 1 { 0 } else { scanned }, "at {}", u);
+            }
+        }
     }
 
     #[test]
