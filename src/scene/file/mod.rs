@@ -105,6 +105,9 @@ pub fn load(scene: &Path, overrides: &Overrides) -> Result<Scene> {
 /// As [`load`].
 pub fn from_import(imported: &import::Imported, overrides: &Overrides) -> Result<Scene> {
     let mut scene = build(&imported.source, &imported.assets, overrides)?;
+    if let Some(far) = &imported.far {
+        far.check(&scene)?;
+    }
     scene.warnings.splice(0..0, imported.warnings.iter().cloned());
     for file in &imported.files {
         if !scene.dependencies.contains(file) {

@@ -1,7 +1,7 @@
 //! The scene file that an importer writes, with where each of its parts comes from.
 
-use super::Imported;
 use super::numbers::quoted;
+use super::{Far, Imported};
 use crate::error::Error;
 use crate::geometry::TriangleMesh;
 use crate::scene::file::assets::{Asset, Assets};
@@ -50,6 +50,8 @@ pub struct Document {
     assets: Assets,
     files: Vec<PathBuf>,
     warnings: Vec<String>,
+    /// See [`Imported::far`].
+    pub far: Option<Far>,
     /// Names of materials, media and textures that are taken.
     names: BTreeSet<String>,
 }
@@ -64,6 +66,7 @@ impl Document {
             assets: Assets::new(),
             files: Vec::new(),
             warnings: Vec::new(),
+            far: None,
             names: BTreeSet::new(),
         };
         document.read_file(path);
@@ -173,6 +176,6 @@ impl Document {
     /// The scene file as it is now.
     pub fn finish(self) -> Imported {
         let source = Source::translated(self.path, self.text, self.origins);
-        Imported { source, assets: self.assets, files: self.files, warnings: self.warnings }
+        Imported { source, assets: self.assets, files: self.files, warnings: self.warnings, far: self.far }
     }
 }

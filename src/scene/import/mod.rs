@@ -17,8 +17,10 @@ pub use document::{Document, Place};
 pub use export::export;
 
 use crate::error::Result;
+use crate::scene::Scene;
 use crate::scene::file::assets::Assets;
 use crate::scene::file::source::Source;
+use glam::Vec3A;
 use std::path::{Path, PathBuf};
 
 /// A translated scene.
@@ -32,6 +34,37 @@ pub struct Imported {
     pub files: Vec<PathBuf>,
     /// What could not be taken over and does not change the picture, or only as is said.
     pub warnings: Vec<String>,
+    /// Behind which distance the format's renderer sees no surfaces, where it has one. Ours sees all.
+    pub far: Option<Far>,
+}
+
+/// A far clipping plane. Nothing is clipped here, so a scene has to end before it.
+#[derive(Clone, Debug)]
+pub struct Far {
+    /// Distance from the camera, along its axis (metres).
+    pub distance: f64,
+    /// Where it stands, or what it is a default of.
+    pub place: Place,
+}
+
+impl Far {
+    /// Refuses a scene that it would clip.
+    ///
+    /// # Errors
+    /// At its place, with how far the scene reaches.
+    pub fn check(&self, scene: &Scene) -> Result<()> {
+        let (camera, bounds) = (&scene.camera, scene.geometry.bounds());
+        let corner = Vec3A::select(camera.forward().cmpgt(Vec3A::ZERO), bounds.max, bounds.min);
+        let reach = f64::from((corner - camera.position()).dot(camera.forward()));
+        if scene.geometry.shape_count() == 0 || reach <= self.distance {
+            return Ok(());
+        }
+        Err(self.place.error(format!(
+            "the scene reaches {reach} from the sensor, behind its `far_clip` of {}: nothing is clipped away here; \
+             say a `far_clip` that all of it is before",
+            self.distance
+        )))
+    }
 }
 
 /// The formats of others.

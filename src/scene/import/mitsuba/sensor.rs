@@ -1,5 +1,6 @@
 //! Sensors and films.
 
+use super::super::Far;
 use super::super::numbers::{array, number};
 use super::Translator;
 use super::tree::Element;
@@ -56,10 +57,13 @@ impl Translator<'_> {
                 return Err(sensor.unsupported(&format!("`{shift}` is not supported")));
             }
         }
-        if let Some(clip) = sensor.property("far_clip") {
-            self.document.warn(&clip.place, "nothing is clipped away behind the scene");
-        }
         let near = sensor.number_or("near_clip", 0.01)?;
+        let far = sensor.number_or("far_clip", 10_000.0)?;
+        if far <= near {
+            return Err(sensor.error(format!("`far_clip` is {far}; it must be behind `near_clip`, {near}")));
+        }
+        let place = sensor.property("far_clip").map_or(&sensor.place, |clip| &clip.place).clone();
+        self.document.far = Some(Far { distance: far, place });
         if near <= 0.0 {
             return Err(sensor.error(format!("`near_clip` is {near}; it must be positive")));
         }

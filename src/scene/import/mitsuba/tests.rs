@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::file::{Overrides, load};
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/>\
      <film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='4'/><rfilter type='box'/></film></sensor>";
@@ -79,17 +80,32 @@ fn the_world_is_what_is_outside_of_all_shapes() {
 }
 
 #[test]
-fn filters_and_clipping_are_warned_about() {
-    let sensor =
-        SENSOR.replace("box", "gaussian").replace("<film", "<float name='far_clip' value='100'/><film");
-    let (text, warnings) = translated(&sensor).unwrap();
+fn filters_are_warned_about_and_clipping_is_refused() {
+    let (text, warnings) = translated(&SENSOR.replace("box", "gaussian")).unwrap();
     assert!(warnings.iter().any(|w| w.contains("not `gaussian`")), "{warnings:?}");
-    assert!(warnings.iter().any(|w| w.contains("nothing is clipped")), "{warnings:?}");
     // Where Mitsuba's rays begin, said or not.
     assert!(text.contains("near = 0.01"), "{text}");
     let sensor = SENSOR.replace("<film", "<float name='near_clip' value='0.1'/><film");
     let (text, warnings) = translated(&sensor).unwrap();
     assert!(text.contains("near = 0.1") && warnings.is_empty(), "{text} {warnings:?}");
+    // A lamp of radius 1 about (0, 0, 5), before a camera that looks along +z or away from it.
+    let lamp = "<shape type='sphere'><point name='center' x='0' y='0' z='5'/><emitter type='area'/></shape>";
+    let loaded = |clip: &str, turn: &str| {
+        let transform = format!("<transform name='to_world'>{turn}</transform>{clip}<film");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.xml");
+        let sensor = SENSOR.replace("<film", &transform);
+        std::fs::write(&path, format!("<scene version='3.0.0'>\n{sensor}{lamp}</scene>")).unwrap();
+        load(&path, &Overrides::default()).map(|_| ()).map_err(|e| e.to_string())
+    };
+    let clip = |at: f32| format!("<float name='far_clip' value='{at}'/>");
+    assert_eq!(loaded("", ""), Ok(()));
+    assert_eq!(loaded(&clip(6.01), ""), Ok(()));
+    let refused = loaded(&clip(5.9), "").unwrap_err();
+    assert!(refused.contains("a.xml:2:") && refused.contains("`far_clip` of 5.9"), "{refused}");
+    assert_eq!(loaded(&clip(5.9), "<rotate y='1' angle='180'/>"), Ok(()), "it is behind the camera");
+    assert!(loaded("", "<translate z='-9995'/>").unwrap_err().contains("of 10000"), "Mitsuba's default");
+    assert!(loaded(&clip(0.001), "").unwrap_err().contains("behind `near_clip`"));
 }
 
 #[test]
