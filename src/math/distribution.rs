@@ -7,7 +7,7 @@ const GUIDED: usize = 17;
 
 /// A discrete distribution over 0..n, sampled by inversion of its cumulative sums. Where there are many, the search
 /// for a number begins at a guide to its bucket, the n-th part of [0, 1) that it lies in, and looks at one entry or two in the mean
-/// [Chen and Asau 1974].
+/// [Chen & Asau 1974].
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// Cumulative probabilities, `cdf[0] = 0`, `cdf[n] = 1`.
