@@ -89,9 +89,7 @@ pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Resul
     results.partial = options.stop.requested()
         || results.cells.len() < plan.scenes.len() * plan.estimators.len()
         || results.cells.iter().any(|c| c.runs.len() < plan.runs as usize || c.runs.iter().any(unfinished));
-    if !results.partial || !results::finished_since(options.out, &results.started) {
-        save(&mut results, options.out)?;
-    }
+    save(&mut results, options.out)?;
     Ok(results)
 }
 
@@ -145,11 +143,7 @@ struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// Writes what there is so far, but not over what another process has finished meanwhile.
     fn save(&mut self) -> Result<()> {
-        if results::finished_since(self.options.out, &self.results.started) {
-            return Ok(());
-        }
         save(&mut self.results, self.options.out)
     }
 
@@ -297,7 +291,11 @@ impl Runner<'_> {
     }
 }
 
+/// Writes results, but not a part over the whole that another process has finished meanwhile.
 fn save(results: &mut Results, out: &Path) -> Result<()> {
+    if results.partial && results::finished_since(out, &results.started) {
+        return Ok(());
+    }
     results.finished = machine::now();
     results.write(out)?;
     csv::write(results, out)

@@ -2,12 +2,12 @@
 
 use glam::Vec2;
 
-/// Entries from which on a search begins at a guide: with fewer, bisection is as fast.
+/// Entries from which on a search begins at a guide: with fewer, bisection takes a few steps.
 const GUIDED: usize = 17;
 
-/// A discrete distribution over 0..n, sampled by inversion of its cumulative sums. Where there are many, the search
-/// for a number begins at a guide to its bucket, the n-th part of [0, 1) that it lies in, and looks at one entry or two in the mean
-/// [Chen & Asau 1974].
+/// A discrete distribution over 0..n, sampled by inversion of its cumulative sums. Where there are many, the search for
+/// a number begins at a guide to its bucket, the n-th part of [0, 1) that it lies in, and looks at one entry or two in
+/// the mean [Chen & Asau 1974].
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// Cumulative probabilities, `cdf[0] = 0`, `cdf[n] = 1`.
@@ -30,13 +30,12 @@ fn guide(ends: &[f32]) -> Vec<u32> {
     if n < GUIDED {
         return Vec::new();
     }
-    let mut passed = 0;
-    (0..=n)
-        .map(|k| {
-            passed += ends[passed..].partition_point(|c| bucket(*c, n) < k);
-            passed as u32
-        })
-        .collect()
+    let mut guide = vec![0; n + 1];
+    ends.iter().for_each(|c| guide[bucket(*c, n) + 1] += 1);
+    for k in 0..n {
+        guide[k + 1] += guide[k];
+    }
+    guide
 }
 
 impl Discrete {

@@ -56,7 +56,7 @@ impl Far {
         let (camera, bounds) = (&scene.camera, scene.geometry.bounds());
         let corner = Vec3A::select(camera.forward().cmpgt(Vec3A::ZERO), bounds.max, bounds.min);
         let reach = f64::from((corner - camera.position()).dot(camera.forward()));
-        if scene.geometry.shape_count() == 0 || reach <= self.distance {
+        if bounds.is_empty() || reach <= self.distance {
             return Ok(());
         }
         Err(self.place.error(format!(

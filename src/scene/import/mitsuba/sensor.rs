@@ -58,15 +58,15 @@ impl Translator<'_> {
             }
         }
         let near = sensor.number_or("near_clip", 0.01)?;
+        if near <= 0.0 {
+            return Err(sensor.error(format!("`near_clip` is {near}; it must be positive")));
+        }
         let far = sensor.number_or("far_clip", 10_000.0)?;
         if far <= near {
             return Err(sensor.error(format!("`far_clip` is {far}; it must be behind `near_clip`, {near}")));
         }
         let place = sensor.property("far_clip").map_or(&sensor.place, |clip| &clip.place).clone();
         self.document.far = Some(Far { distance: far, place });
-        if near <= 0.0 {
-            return Err(sensor.error(format!("`near_clip` is {near}; it must be positive")));
-        }
         if sensor.property("srf").is_some() {
             return Err(sensor.unsupported("a spectral response `srf` is not supported"));
         }

@@ -80,7 +80,7 @@ fn the_world_is_what_is_outside_of_all_shapes() {
 }
 
 #[test]
-fn filters_are_warned_about_and_clipping_is_refused() {
+fn filters_are_warned_about_and_rays_begin_at_near_clip() {
     let (text, warnings) = translated(&SENSOR.replace("box", "gaussian")).unwrap();
     assert!(warnings.iter().any(|w| w.contains("not `gaussian`")), "{warnings:?}");
     // Where Mitsuba's rays begin, said or not.
@@ -88,6 +88,10 @@ fn filters_are_warned_about_and_clipping_is_refused() {
     let sensor = SENSOR.replace("<film", "<float name='near_clip' value='0.1'/><film");
     let (text, warnings) = translated(&sensor).unwrap();
     assert!(text.contains("near = 0.1") && warnings.is_empty(), "{text} {warnings:?}");
+}
+
+#[test]
+fn what_far_clip_would_hide_is_refused() {
     // A lamp of radius 1 about (0, 0, 5), before a camera that looks along +z or away from it.
     let lamp = "<shape type='sphere'><point name='center' x='0' y='0' z='5'/><emitter type='area'/></shape>";
     let loaded = |clip: &str, turn: &str| {
