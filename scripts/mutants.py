@@ -2,6 +2,7 @@
 """Breaks the renderer in one place at a time and says which tests notice (verification.md, rung 8).
 
     python scripts/mutants.py [--only NAME]... [--json FILE] [--scratch DIR]
+    python scripts/mutants.py --check
 
 The mutants are in scripts/mutants.toml: a place in a file, and what stands there instead. A build takes minutes and the
 tests that kill a mutant take seconds, so all mutants go into one build of a copy of the tree, each behind a switch:
@@ -13,7 +14,8 @@ every switch off: all tests that the table names must pass. The tree itself is n
 
 A mutant is killed where a test of its list fails, where a test binary dies or hangs. Those that are marked `equivalent`
 change nothing that a test could see, for the reason that stands there, and must survive. Exit code 1 where any
-other mutant survives or an equivalent one is killed, 2 where the table does not fit the sources.
+other mutant survives or an equivalent one is killed, 2 where the table does not fit the sources. `--check` only says
+whether it fits, in a second: each place is in its file once.
 
 Needs Python 3.11, cargo, and nothing else.
 """
@@ -51,6 +53,10 @@ pub fn on(number: u32) -> bool {
 '''
 
 
+class Misfit(Exception):
+    """A mutant whose place is not where the table says."""
+
+
 def fail(message):
     print(f"mutants: {message}", file=sys.stderr)
     sys.exit(2)
@@ -76,12 +82,12 @@ class Mutant:
         """Finds the place: the context, in which ⟦old ⇒ new⟧ stands for old, with any white space for white space."""
         parts = re.fullmatch(r"(.*)⟦(.*) ⇒ ?(.*)⟧(.*)", self.context.strip(), re.DOTALL)
         if not parts:
-            fail(f"{self.name}: `at` has no ⟦old ⇒ new⟧")
+            raise Misfit(f"{self.name}: `at` has no ⟦old ⇒ new⟧")
         before, old, self.mutated, after = parts.groups()
         words = [r"\s+".join(re.escape(w) for w in re.split(r"\s+", t)) for t in (before, old, after)]
         found = list(re.finditer(f"{words[0]}({words[1]}){words[2]}", source))
         if len(found) != 1:
-            fail(f"{self.name}: its place occurs {len(found)} times in {self.file}, not once")
+            raise Misfit(f"{self.name}: its place occurs {len(found)} times in {self.file}, not once")
         self.begin, self.end = found[0].span(1)
 
     def switched(self, original):
@@ -124,10 +130,15 @@ def switch_all(source, begin, end, mutants):
 
 def mutated_files(mutants):
     """The files that the mutants are in, with all switches, and the switches themselves."""
-    by_file = {}
+    by_file, misfits = {}, []
     for m in mutants:
-        m.locate((ROOT / m.file).read_text())
+        try:
+            m.locate((ROOT / m.file).read_text())
+        except (Misfit, OSError) as why:
+            misfits.append(str(why))
         by_file.setdefault(m.file, []).append(m)
+    if misfits:
+        fail("\n".join(misfits))
     files = {"src/mutant.rs": SWITCH}
     for name in {"src/lib.rs", *by_file}:
         source = (ROOT / name).read_text()
@@ -213,12 +224,18 @@ def main():
     parser.add_argument("--only", action="append", metavar="NAME", help="this mutant; can be given again")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there, too")
     parser.add_argument("--scratch", type=Path, metavar="DIR", help="build there and keep it, to be quick the next time")
+    parser.add_argument("--check", action="store_true", help="only say whether the table fits the sources")
     options = parser.parse_args()
 
     mutants = read_table(ROOT / "scripts" / "mutants.toml")
     chosen = [m for m in mutants if not options.only or m.name in options.only]
     for name in set(options.only or []) - {m.name for m in mutants}:
         fail(f"no mutant is called '{name}'; there are {', '.join(m.name for m in mutants)}")
+
+    if options.check:
+        mutated_files(mutants)
+        print(f"{len(mutants)} mutants fit the sources")
+        return
 
     scratch = options.scratch or Path(tempfile.mkdtemp(prefix="tyndall-mutants-"))
     try:
