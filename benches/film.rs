@@ -137,7 +137,14 @@ fn plain<S: Image>(scene: &Scene, renderer: &Renderer, index: u64, chunks: &mut 
     let settings = *renderer.settings();
     let pixels = u64::from(size.x) * u64::from(size.y);
     let paths = if settings.needs_light_paths() { pixels } else { 0 };
-    let pass = Pass::new(settings, index, Gathers::default(), pixels, renderer.thinning().clone());
+    let pass = Pass::new(
+        settings,
+        index,
+        Gathers::default(),
+        pixels,
+        renderer.thinning().clone(),
+        scene.lights.by_power().clone(),
+    );
     chunks.resize_with(paths.div_ceil(CHUNK) as usize, Stored::default);
     for (number, chunk) in chunks.iter_mut().enumerate() {
         chunk.clear(0);

@@ -156,8 +156,7 @@ fn merges(c: &mut Criterion) {
         (Technique::BeamBeam, 0.002),
     ] {
         let settings = Settings { max_length: 24, ..Settings::new(TechniqueSet::of(&[technique])) };
-        let pass =
-            Pass::new(settings, 0, Gathers { of: [GatherNow { radius, paths }; 5] }, 0, Thinning::default());
+        let pass = pass(&scene, settings, GatherNow { radius, paths }, 0);
         let (mut stored, mut chunks) = (Stored::default(), Vec::new());
         for path in 0..paths {
             light_path::trace(&scene, &pass, path, &mut stored, &mut Counter::default());
@@ -198,17 +197,17 @@ impl Sink for Keeper {
     }
 }
 
+/// The constants of an iteration in which all techniques gather alike.
+fn pass(scene: &Scene, settings: Settings, gather: GatherNow, partners: u64) -> Pass {
+    let starts = scene.lights.by_power().clone();
+    Pass::new(settings, 0, Gathers { of: [gather; 5] }, partners, Thinning::default(), starts)
+}
+
 /// Weight and contribution of pairs of subpaths, for paths of 5 to 80 segments.
 fn weights(c: &mut Criterion) {
     let scene = scene("tests/scenes/furnace_fog.toml", 32);
     let settings = Settings { max_length: 100, ..Settings::new(TechniqueSet::all()) };
-    let pass = Pass::new(
-        settings,
-        0,
-        Gathers { of: [GatherNow { radius: 0.1, paths: 1000 }; 5] },
-        1024,
-        Thinning::default(),
-    );
+    let pass = pass(&scene, settings, GatherNow { radius: 0.1, paths: 1000 }, 1024);
     let keeper = |lengths| Keeper { lengths, arms: Default::default() };
     let (mut light, mut camera) = (keeper([2, 5, 10, 20, 40]), keeper([3, 5, 10, 20, 40]));
     for i in 0..4096 {

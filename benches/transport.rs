@@ -43,7 +43,7 @@ fn settings(techniques: TechniqueSet) -> Settings {
 /// Camera subpaths of all pixels, each with its partner if there are any; how many samples they made.
 fn camera_paths(scene: &Scene, settings: &Settings, partners: &Partners) -> u64 {
     let mut sink = Counter::default();
-    let pass = pass(settings);
+    let pass = pass(scene, settings);
     for i in 0..SIZE * SIZE {
         let pixel = UVec2::new(i % SIZE, i / SIZE);
         let partners = camera_path::Partners { vertices: partners.of(i as usize), photons: None };
@@ -53,8 +53,9 @@ fn camera_paths(scene: &Scene, settings: &Settings, partners: &Partners) -> u64 
 }
 
 /// The constants of an iteration without merges.
-fn pass(settings: &Settings) -> Pass {
-    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE), Thinning::default())
+fn pass(scene: &Scene, settings: &Settings) -> Pass {
+    let starts = scene.lights.by_power().clone();
+    Pass::new(*settings, 0, Gathers::default(), u64::from(SIZE * SIZE), Thinning::default(), starts)
 }
 
 /// Stored light vertices, by subpath.
@@ -63,7 +64,7 @@ struct Partners(Stored);
 
 impl Partners {
     fn trace(&mut self, scene: &Scene, settings: &Settings) -> usize {
-        let pass = pass(settings);
+        let pass = pass(scene, settings);
         self.0.clear(0);
         for i in 0..u64::from(SIZE * SIZE) {
             light_path::trace(scene, &pass, i, &mut self.0, &mut Counter::default());

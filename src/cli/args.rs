@@ -1,6 +1,6 @@
 //! What the command line takes: the one list of commands and options. `--help` comes from here.
 
-use crate::transport::settings::{Connections, Layers};
+use crate::transport::settings::{Connections, Layers, LightStarts};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -135,6 +135,9 @@ pub struct RenderArgs {
     /// Which connections between subpaths are made.
     #[arg(long, value_enum, default_value_t = ConnectionsArg::Thinned)]
     pub connections: ConnectionsArg,
+    /// Which lights light subpaths start on.
+    #[arg(long, value_enum, default_value_t = LightStartsArg::Power)]
+    pub light_starts: LightStartsArg,
     /// How merges are made, as in --merge bb1d.radius=0.01 or --merge 'surf.paths={per_pixel=0.5}'.
     #[arg(long, value_name = "KEY=VALUE")]
     pub merge: Vec<String>,
@@ -225,6 +228,24 @@ impl From<ConnectionsArg> for Connections {
         match arg {
             ConnectionsArg::Thinned => Self::Thinned,
             ConnectionsArg::All => Self::All,
+        }
+    }
+}
+
+/// `--light-starts`.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightStartsArg {
+    /// In proportion to the lights' powers.
+    Power,
+    /// By what the subpaths of each light bring to the image, as a pilot sees it.
+    Pilot,
+}
+
+impl From<LightStartsArg> for LightStarts {
+    fn from(arg: LightStartsArg) -> Self {
+        match arg {
+            LightStartsArg::Power => Self::Power,
+            LightStartsArg::Pilot => Self::Pilot,
         }
     }
 }

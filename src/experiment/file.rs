@@ -27,7 +27,7 @@
 
 use crate::scene::file::values::{Count, Number, Positive};
 use crate::transport::merge::MergeDef;
-use crate::transport::settings::{Connections, Layers};
+use crate::transport::settings::{Connections, Layers, LightStarts};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -97,6 +97,26 @@ pub enum HeuristicDef {
     Power,
 }
 
+/// What light subpaths start on lights by.
+#[derive(Deserialize, Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[serde(rename_all = "lowercase")]
+pub enum LightStartsDef {
+    /// The lights' powers.
+    #[default]
+    Power,
+    /// What they bring to the image, as a pilot sees it.
+    Pilot,
+}
+
+impl From<LightStartsDef> for LightStarts {
+    fn from(def: LightStartsDef) -> Self {
+        match def {
+            LightStartsDef::Power => Self::Power,
+            LightStartsDef::Pilot => Self::Pilot,
+        }
+    }
+}
+
 /// `[[scene]]`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -164,6 +184,9 @@ pub struct EstimatorDef {
     /// `thinned` or `all`: whether only a share of the connections is made in media that scatter light many times; default
     /// `thinned`.
     pub connections: Option<Connections>,
+    /// `power` or `pilot`: whether light subpaths start on lights by the lights' powers, or by what a pilot sees them bring to the image;
+    /// default `power`.
+    pub light_starts: Option<LightStartsDef>,
     /// How merges are made.
     pub merge: Option<Spanned<MergeDef>>,
     /// The power heuristic's exponent; default 2.

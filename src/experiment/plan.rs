@@ -10,7 +10,7 @@ use crate::scene::RenderDefaults;
 use crate::scene::file::source::Source;
 use crate::transport::expression::Expression;
 use crate::transport::merge::MergeSettings;
-use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
+use crate::transport::settings::{Connections, Heuristic, Layers, LightStarts, Settings};
 use crate::transport::technique::TechniqueSet;
 use std::path::{Path, PathBuf};
 
@@ -124,6 +124,8 @@ pub struct EstimatorPlan {
     pub heuristic: Heuristic,
     /// Which connections are made.
     pub connections: Connections,
+    /// Which lights light subpaths start on.
+    pub light_starts: LightStarts,
     /// The estimator's own.
     pub lengths: Lengths,
     /// How merges are made.
@@ -179,6 +181,7 @@ impl Plan {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
         settings.connections = estimator.connections;
+        settings.light_starts = estimator.light_starts;
         settings.merging = estimator.merging;
         settings.paths = estimator.paths.unwrap_or(scene.paths);
         settings.layers = estimator.layers;

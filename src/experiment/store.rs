@@ -129,6 +129,7 @@ impl Unit {
             left_out,
             heuristic,
             connections,
+            light_starts,
             merging,
             min_length,
             max_length,
@@ -141,7 +142,10 @@ impl Unit {
         hasher.field(scene.1.0.as_bytes());
         let words =
             format!("{techniques} {heuristic:?} {connections:?} {merging:?} {min_length} {max_length}");
-        hasher.field(words.as_bytes()).field(&paths.fingerprint());
+        hasher
+            .field(words.as_bytes())
+            .field(format!("{light_starts:?}").as_bytes())
+            .field(&paths.fingerprint());
         hasher.field(format!("{seed} {layers:?} {pyramid} {left_out}").as_bytes()).field(ends.as_bytes());
         let key = hasher.hex();
         let name = format!("{}-{estimator}-{run:02}-{}", scene.0, &key[..16]);

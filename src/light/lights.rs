@@ -5,17 +5,18 @@ use super::{AreaLight, EmissionSample, Light, LightPoint, LightSample};
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::math::{Discrete, Frame, Rgb, RgbExt, warp};
 use glam::{Vec2, Vec3A};
+use std::sync::Arc;
 
 /// What stands for "no light" in the map from shapes, and for "no primitive" in a [`LightPoint`].
 const NONE: u32 = u32::MAX;
 
-/// The lights of a scene. For emission a light is selected with the probability in proportion to its power's luminance; toward a
+/// The lights of a scene. For emission a light is selected as it is asked for, or with the probability in proportion to its power's luminance; toward a
 /// reference point by what it would bring there ([`super::reach`]), where there are more than one and not too many. A light
 /// without power is never selected.
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Light>,
-    selection: Discrete,
+    selection: Arc<Discrete>,
     /// For the selection toward a point; `None` where the powers have to do.
     reach: Option<Reach>,
     /// Power in W, a light each.
@@ -99,7 +100,7 @@ impl Lights {
         let reach = Reach::new(&sources, &powers, &selection, disc as f32);
         Ok(Self {
             lights,
-            selection,
+            selection: Arc::new(selection),
             reach,
             powers,
             inv_areas,
@@ -122,10 +123,10 @@ impl Lights {
         self.powers[i]
     }
 
-    /// Probability with which a light subpath starts on light `i`.
+    /// Probabilities in proportion to the powers, a light each.
     #[inline]
-    pub fn selection_pdf(&self, i: usize) -> f32 {
-        self.selection.pdf(i)
+    pub fn by_power(&self) -> &Arc<Discrete> {
+        &self.selection
     }
 
     /// What the user should know, a message each.
@@ -138,17 +139,18 @@ impl Lights {
         self.radius
     }
 
-    /// The start of a light subpath. `None` with probability about zero (rounding).
+    /// The start of a light subpath, on a light that is drawn from `starts`. `None` with probability about zero (rounding).
     #[inline]
     pub fn sample_emission(
         &self,
         geometry: &Geometry,
+        starts: &Discrete,
         u_select: f32,
         u_pos: Vec2,
         u_dir: Vec2,
     ) -> Option<EmissionSample> {
-        let (i, _) = self.selection.sample(u_select);
-        let select = self.selection.pdf(i);
+        let (i, _) = starts.sample(u_select);
+        let select = starts.pdf(i);
         let light = i as u32;
         match &self.lights[i] {
             Light::Area(l) => {
@@ -233,11 +235,11 @@ impl Lights {
         }
     }
 
-    /// Density of x₀ = `lp` in [`Self::sample_emission`], as [`EmissionSample::pdf_pos`].
+    /// Density of x₀ = `lp` in [`Self::sample_emission`] from `starts`, as [`EmissionSample::pdf_pos`].
     #[inline]
-    pub fn pdf_position(&self, _geometry: &Geometry, lp: &LightPoint) -> f32 {
+    pub fn pdf_position(&self, starts: &Discrete, lp: &LightPoint) -> f32 {
         let i = lp.light as usize;
-        let select = self.selection.pdf(i);
+        let select = starts.pdf(i);
         match &self.lights[i] {
             Light::Area(_) => select * self.inv_areas[i],
             Light::Point(_) | Light::Spot(_) | Light::Directional(_) => select,

@@ -306,7 +306,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
 
     let mut p = vec![0.0; k + 1];
     let mut r = vec![0.0; k + 1];
-    p[0] = f64::from(lights.pdf_position(&scene.geometry, &path.light));
+    p[0] = f64::from(lights.pdf_position(&pass.starts, &path.light));
     r[k] = 1.0;
     for i in 1..=k {
         let leaving =

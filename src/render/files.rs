@@ -6,7 +6,8 @@ use crate::film::Film;
 use crate::film::exr::LayeredImage;
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
-use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings, auto};
+use crate::transport::merge::auto::{self, Chosen};
+use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings};
 use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
 use crate::transport::technique::Technique;
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,9 @@ pub struct Resolved {
     /// Which connections between subpaths were made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub connections: Option<Connections>,
+    /// The shares of the light subpaths that started on each light, where they were chosen and not in proportion to the powers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light_starts: Option<Vec<f32>>,
     /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merging: Option<ResolvedMerging>,
@@ -93,12 +97,11 @@ pub struct ResolvedGather {
 
 impl ResolvedMerging {
     /// None where nothing merges.
-    fn new(scene: &Scene, settings: &Settings) -> Option<Self> {
+    fn new(settings: &Settings, chosen: Chosen) -> Option<Self> {
         if !settings.techniques.merges() {
             return None;
         }
         let MergeSettings { kernel, photon_beams, camera_beams, first, .. } = settings.merging;
-        let chosen = auto::resolve(scene, settings);
         let of = |t: Technique| {
             let GatherNow { radius, paths } = *chosen.gathers.of(t);
             (t.info().key.to_owned(), ResolvedGather { radius, alpha: settings.merging.of(t).alpha, paths })
@@ -115,6 +118,7 @@ impl Resolved {
     /// Of a render of the scene in the file `path`.
     pub fn new(path: &str, scene: &Scene, settings: &Settings) -> Self {
         let (size, crop) = (scene.camera.size(), scene.camera.crop());
+        let chosen = auto::resolve(scene, settings);
         Self {
             scene: path.to_owned(),
             size: size.to_array(),
@@ -125,7 +129,8 @@ impl Resolved {
             max_length: settings.max_length,
             paths: settings.paths.to_string(),
             connections: settings.techniques.has(Technique::Connect).then_some(settings.connections),
-            merging: ResolvedMerging::new(scene, settings),
+            light_starts: chosen.starts.as_deref().map(|q| (0..q.len()).map(|i| q.pdf(i)).collect()),
+            merging: ResolvedMerging::new(settings, chosen),
             seed: settings.seed.to_string(),
             layers: settings.layers,
             pyramid: settings.pyramid,

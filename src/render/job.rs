@@ -94,7 +94,8 @@ impl<'a> Engine<'a> {
 
     /// No iteration, but the time for setting up.
     pub fn nothing_yet(&self) -> Outcome {
-        let words = thinned(self.scene, &self.renderer).into_iter().chain(gathered(&self.renderer));
+        let starts = started(self.scene, &self.renderer).into_iter();
+        let words = starts.chain(thinned(self.scene, &self.renderer)).chain(gathered(&self.renderer));
         Outcome {
             film: Film::new(&self.scene.camera, self.renderer.settings()),
             seconds: self.setup,
@@ -131,6 +132,14 @@ impl Outcome {
         self.light_vertices += std::mem::take(&mut later.light_vertices);
         self.beams += std::mem::take(&mut later.beams);
     }
+}
+
+/// Which lights light subpaths start on, where it was chosen.
+fn started(scene: &Scene, renderer: &Renderer) -> Option<(&'static str, String)> {
+    let starts = renderer.starts()?;
+    let named = scene.notes.light_names.iter().enumerate();
+    let shares: Vec<String> = named.map(|(i, name)| format!("{:.3} on {name}", starts.pdf(i))).collect();
+    Some(("light_starts", format!("share of the light subpaths: {}", shares.join(", "))))
 }
 
 /// What is thinned out in media, if anything is.

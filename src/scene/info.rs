@@ -247,7 +247,7 @@ fn lights(scene: &Scene) -> Vec<LightInfo> {
         name: scene.notes.light_names.get(i).cloned().unwrap_or_default(),
         kind: light.kind(),
         power: scene.lights.power(i).luminance(),
-        share: scene.lights.selection_pdf(i),
+        share: scene.lights.by_power().pdf(i),
     };
     scene.lights.lights().iter().enumerate().map(info).collect()
 }

@@ -148,7 +148,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
             return;
         }
         let geometry = &self.scene.geometry;
-        let pdf_position = lights.pdf_position(geometry, light);
+        let pdf_position = lights.pdf_position(&self.pass.starts, light);
         // c_1: next-event estimation at x_1, or light tracing where x_1 is the lens.
         let count = if length == 1 {
             if self.pass.thinning.direct() { self.lens } else { 0.0 }
@@ -205,7 +205,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let pdf_position = lights.pdf_position(geometry, &light.point);
+        let pdf_position = lights.pdf_position(&self.pass.starts, &light.point);
         let count = self.raise(light.pdf_nee / pdf_position);
         let light_side = if self.hit && lights.is_hittable(&light.point) {
             let reached = passage.density(Rgb::ONE);

@@ -13,6 +13,7 @@ use super::technique::{Technique, TechniqueSet};
 use super::thinning::Thinning;
 use crate::error::Result;
 use crate::film::{BAND_ROWS, Band, Film, Sample, Splat};
+use crate::math::Discrete;
 use crate::scene::Scene;
 use glam::UVec2;
 use rayon::prelude::*;
@@ -71,6 +72,11 @@ impl<'a> Renderer<'a> {
         self.chosen.left_out
     }
 
+    /// The probabilities with which light subpaths start on each light, where they were chosen; else it goes by power.
+    pub fn starts(&self) -> Option<&Discrete> {
+        self.chosen.starts.as_deref()
+    }
+
     /// What is thinned out in each medium.
     pub fn thinning(&self) -> &Thinning {
         &self.chosen.thinning
@@ -90,7 +96,9 @@ impl<'a> Renderer<'a> {
     pub fn pass(&self, index: u64) -> Pass {
         let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
         let gathers = self.chosen.gathers.at(index, &self.settings.merging);
-        Pass::new(self.active, index, gathers, partners, self.chosen.thinning.clone())
+        let Chosen { thinning, starts, .. } = &self.chosen;
+        let starts = starts.as_ref().unwrap_or(self.scene.lights.by_power());
+        Pass::new(self.active, index, gathers, partners, thinning.clone(), starts.clone())
     }
 
     /// Runs iteration `index`, a sample a pixel, into `film`. The same index gives the same samples to the bit,

@@ -22,7 +22,8 @@ pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, index: u64, store: &mut Stored
     let mut random = pass.light_streams.stream(index);
     let select = random.next_1d();
     let (u_position, u_direction) = (random.next_2d(), random.next_2d());
-    let Some(emission) = scene.lights.sample_emission(&scene.geometry, select, u_position, u_direction)
+    let Some(emission) =
+        scene.lights.sample_emission(&scene.geometry, &pass.starts, select, u_position, u_direction)
     else {
         return;
     };

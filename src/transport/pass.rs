@@ -8,8 +8,9 @@ use super::technique::Technique;
 use super::thinning::Thinning;
 use super::walk::Place;
 use crate::bsdf::Mode;
-use crate::math::{Rgb, StreamKind, Streams};
+use crate::math::{Discrete, Rgb, StreamKind, Streams};
 use crate::medium::{Coefficients, Medium, Passage};
+use std::sync::Arc;
 
 /// The constants of an iteration.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub struct Pass {
     pub partners: u64,
     /// What is thinned out in each medium.
     pub thinning: Thinning,
+    /// Which light a light subpath starts on.
+    pub starts: Arc<Discrete>,
     /// Whether some technique that is on has a beam.
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
@@ -37,14 +40,15 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Of iteration `iteration`, in which each technique gathers as `gathers` says and media are thinned out as `thinning`
-    /// says.
+    /// Of iteration `iteration`, in which each technique gathers as `gathers` says, media are thinned out as `thinning`
+    /// says, and light subpaths start on lights that are drawn from `starts`.
     pub fn new(
         settings: Settings,
         iteration: u64,
         gathers: Gathers,
         partners: u64,
         thinning: Thinning,
+        starts: Arc<Discrete>,
     ) -> Self {
         let on = |t| settings.techniques.has(t);
         let raise = |t: Technique| {
@@ -65,6 +69,7 @@ impl Pass {
             merges,
             partners,
             thinning,
+            starts,
             beams,
             camera_beams,
         }

@@ -30,6 +30,21 @@ pub enum Connections {
     All,
 }
 
+/// Lights that light subpaths can be shared out among by what they bring; with more it goes by power.
+pub const MOST_LIGHTS: usize = 16;
+
+/// Which light a light subpath starts on.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum LightStarts {
+    /// In proportion to the lights' powers.
+    #[default]
+    Power,
+    /// By what each light's subpaths bring to the image, as a pilot sees it ([`super::merge::starts`]).
+    Pilot,
+    /// With these probabilities, a light each.
+    Each([f32; MOST_LIGHTS]),
+}
+
 /// Which images are kept beside the combined one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -55,6 +70,8 @@ pub struct Settings {
     pub heuristic: Heuristic,
     /// Which connections are made; default thinned out in media that scatter light many times.
     pub connections: Connections,
+    /// Which lights light subpaths start on; default by power.
+    pub light_starts: LightStarts,
     /// How merges are made.
     pub merging: MergeSettings,
     /// Shortest path that counts, in segments; default 1 (light that is seen directly).
@@ -82,6 +99,7 @@ impl Settings {
             left_out: TechniqueSet::default(),
             heuristic: Heuristic::Balance,
             connections: Connections::default(),
+            light_starts: LightStarts::default(),
             merging: MergeSettings::default(),
             min_length: 1,
             max_length: 64,
@@ -152,6 +170,10 @@ impl Settings {
         }
         if Thinning::is_direct_open(self) {
             pinned.merging.direct = Some(chosen.thinning.direct());
+        }
+        if let Some(starts) = &chosen.starts {
+            let each = |light: usize| if light < starts.len() { starts.pdf(light) } else { 0.0 };
+            pinned.light_starts = LightStarts::Each(std::array::from_fn(each));
         }
         // The counts keep to them.
         (pinned.merging.most_photons, pinned.merging.most_beams) = (None, None);

@@ -2,7 +2,7 @@
 
 use crate::measure::{Means, runs};
 use crate::scenes;
-use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
+use tyndall::transport::{Heuristic, LightStarts, Renderer, Settings, Technique, TechniqueSet};
 
 fn set(names: &str) -> TechniqueSet {
     TechniqueSet::parse(names.split(',')).expect("known names")
@@ -42,6 +42,31 @@ fn environment_agrees() {
 #[test]
 fn lights_agree() {
     agree("lights", 96, 0.025, &["bpt", "pt,lens", "pt,connect"]);
+}
+
+/// The same where a pilot says on which lights light subpaths start.
+#[test]
+fn lights_agree_whatever_light_subpaths_start_on() {
+    let scene = scenes::load("lights");
+    let mean = |names: &str, light_starts, seed| {
+        let settings = Settings { light_starts, max_length: 16, seed, ..Settings::new(set(names)) };
+        let renderer = Renderer::new(&scene, settings).expect("settings that make sense");
+        let shares = renderer.starts().map(|q| (0..q.len()).map(|i| q.pdf(i)).collect::<Vec<_>>());
+        (shares, Means::of(&runs(&scene, &settings, 24, 96)))
+    };
+    let (nothing, yardstick) = mean("pt", LightStarts::Pilot, 11);
+    assert_eq!(nothing, None, "no light subpaths, nothing to share out");
+    for (names, seed) in [("bpt", 12), ("pt,lens", 13)] {
+        let (shares, means) = mean(names, LightStarts::Pilot, seed);
+        let shares = shares.expect("there are several lights");
+        let by_power = scene.lights.by_power();
+        assert!(
+            shares.iter().enumerate().any(|(i, q)| (q - by_power.pdf(i)).abs() > 0.05),
+            "{shares:?} are much the powers'"
+        );
+        assert_eq!(shares.iter().sum::<f32>(), 1.0);
+        means.assert_same(&yardstick, &format!("{names} with lights by a pilot, and pt"), 0.025);
+    }
 }
 
 /// Each technique alone, divided by its weight where it can make all paths of a class, agrees with the others on

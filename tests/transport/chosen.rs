@@ -5,14 +5,17 @@ use crate::measure::runs;
 use crate::merging::set;
 use glam::UVec2;
 use std::path::Path;
+use std::sync::Arc;
+use tyndall::math::Discrete;
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::merge::auto::{Chosen, resolve};
+use tyndall::transport::merge::cost;
 use tyndall::transport::merge::evidence::{Counts, Evidence};
 use tyndall::transport::merge::pilot::Pilot;
 use tyndall::transport::merge::{MERGES, MergeSettings, PathCount, Radius};
 use tyndall::transport::thinning::Thinning;
-use tyndall::transport::{Settings, Technique, TechniqueSet};
+use tyndall::transport::{LightStarts, Settings, Technique, TechniqueSet};
 
 fn scene(name: &str, size: UVec2) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
@@ -25,17 +28,28 @@ fn upbp() -> Settings {
 
 /// What hangs on the choice.
 fn chosen(chosen: &Chosen) -> String {
-    format!("{:?} {:?} {:?}", chosen.gathers, chosen.left_out, chosen.thinning)
+    format!("{:?} {:?} {:?} {:?}", chosen.gathers, chosen.left_out, chosen.thinning, chosen.starts)
 }
 
 #[test]
 fn the_choice_hangs_on_neither_seed_nor_threads() {
-    let scene = scene("medium-balls", UVec2::new(40, 30));
-    let first = chosen(&resolve(&scene, &upbp()));
-    assert_eq!(first, chosen(&resolve(&scene, &Settings { seed: 77, ..upbp() })), "another seed");
+    let scene = scene("smoke-plume", UVec2::new(40, 30));
+    let settings = Settings { light_starts: LightStarts::Pilot, ..upbp() };
+    let first = resolve(&scene, &settings);
+    // Nothing of it is a bound that any pilot would run into.
+    let pilot = |number| {
+        let by_power = scene.lights.by_power();
+        let pilot = Pilot::run(&scene, &settings, &first.thinning, by_power, &first.gathers, number);
+        format!("{:?}", pilot.of_lights)
+    };
+    assert_ne!(pilot(0), pilot(77));
+    let by_evidence = first.starts.as_ref().expect("there are two lights").pdf(0);
+    assert!((0.05..0.95).contains(&by_evidence), "{by_evidence}");
+    let first = chosen(&first);
+    assert_eq!(first, chosen(&resolve(&scene, &Settings { seed: 77, ..settings })), "another seed");
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        assert_eq!(first, pool.install(|| chosen(&resolve(&scene, &upbp()))), "{threads} threads");
+        assert_eq!(first, pool.install(|| chosen(&resolve(&scene, &settings))), "{threads} threads");
     }
 }
 
@@ -43,8 +57,12 @@ fn the_choice_hangs_on_neither_seed_nor_threads() {
 fn pinned_settings_choose_nothing_and_are_the_same() {
     for name in ["medium-balls", "candle", "fog-cornell"] {
         let scene = scene(name, UVec2::new(32, 32));
-        let pinned = upbp().pinned(&scene);
-        let (free, fixed) = (resolve(&scene, &upbp()), resolve(&scene, &pinned));
+        let settings = Settings { light_starts: LightStarts::Pilot, ..upbp() };
+        let pinned = settings.pinned(&scene);
+        let (free, fixed) = (resolve(&scene, &settings), resolve(&scene, &pinned));
+        let shares = |starts: &Option<Arc<Discrete>>| format!("{starts:?}");
+        assert_eq!(shares(&free.starts), shares(&fixed.starts), "{name}");
+        assert_eq!(free.starts.is_some(), scene.lights.lights().len() > 1, "{name}");
         assert_eq!(free.left_out, fixed.left_out, "{name}");
         assert_eq!(free.gathers, fixed.gathers, "{name}");
         let now = |thinning: &Thinning| {
@@ -54,7 +72,7 @@ fn pinned_settings_choose_nothing_and_are_the_same() {
         };
         assert_eq!(now(&free.thinning), now(&fixed.thinning), "{name}");
         let image = |settings: &Settings| runs(&scene, settings, 1, 2).remove(0).pixels;
-        assert_eq!(image(&upbp()), image(&pinned), "{name}");
+        assert_eq!(image(&settings), image(&pinned), "{name}");
     }
 }
 
@@ -88,7 +106,7 @@ fn foretold_and_measured(name: &str, techniques: &str) -> [f64; 2] {
     let full = start(&scene, &Settings { techniques: set(techniques), ..upbp() });
     let bpt = Settings { techniques: set("bpt"), left_out: TechniqueSet::default(), ..full };
     let chosen = resolve(&scene, &full);
-    let pilot = Pilot::run(&scene, &full, &chosen.thinning, &chosen.gathers);
+    let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
     let on = |t: Technique, set: TechniqueSet| if set.has(t) { 1.0 } else { 0.0 };
     let counts = |settings: &Settings| Counts {
         merges: MERGES.map(|t| on(t, settings.techniques)),
@@ -104,6 +122,43 @@ fn foretold_and_measured(name: &str, techniques: &str) -> [f64; 2] {
         / evidence.errors(&counts(&bpt)).map(|error| error.sqrt()).into_iter().product::<f64>();
     let measured = error(&scene, &full) / error(&scene, &bpt);
     [foretold, measured]
+}
+
+/// With the numbers that it was gathered for, all that is judged makes up both errors: a sample stands for those that were not drawn.
+#[test]
+fn what_is_judged_stands_for_all() {
+    for name in ["medium-balls", "fog-cornell"] {
+        let scene = scene(name, UVec2::new(40, 40));
+        let full = start(&scene, &upbp());
+        let chosen = resolve(&scene, &full);
+        let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
+        let on = |t: Technique| if full.techniques.has(t) { 1.0 } else { 0.0 };
+        let counts = Counts { merges: MERGES.map(on), continuations: vec![], direct: true };
+        let errors = Evidence::of(&scene, &pilot, &counts).errors(&counts);
+        println!("{name}: {errors:?}");
+        assert!(errors.iter().all(|e| (0.85..1.15).contains(e)), "{name}: {errors:?}");
+    }
+}
+
+/// What merges cost goes with their number, and is no small part of the whole.
+#[test]
+fn merges_have_their_price() {
+    let scene = scene("fog-cornell", UVec2::new(40, 40));
+    let full = start(&scene, &upbp());
+    let chosen = resolve(&scene, &full);
+    let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
+    for i in MERGES.iter().enumerate().filter(|(_, t)| full.techniques.has(**t)).map(|(i, _)| i) {
+        let cost = |n: f64| {
+            let mut merges = MERGES.map(|t| if full.techniques.has(t) { 1.0 } else { 0.0 });
+            merges[i] = n;
+            let counts = Counts { merges, continuations: vec![], direct: true };
+            cost::mean(&scene, std::slice::from_ref(&pilot), &counts)
+        };
+        let (half, whole, twice) = (cost(0.5), cost(1.0), cost(2.0));
+        assert!(whole > half * 1.001, "{:?}: {half} {whole}", MERGES[i]);
+        let slope = (twice - whole) / (whole - half);
+        assert!((slope - 2.0).abs() < 1e-6, "{:?}: {half} {whole} {twice}", MERGES[i]);
+    }
 }
 
 /// The geometric mean of squared and relative squared error of an iteration, by the variance over runs.

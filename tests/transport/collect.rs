@@ -1,6 +1,8 @@
 //! Whole paths with what the renderer said of them.
 
 use glam::UVec2;
+use std::sync::Arc;
+use tyndall::math::Discrete;
 pub use tyndall::oracle::collect::{Recorder, Traced, whole_path};
 use tyndall::scene::Scene;
 use tyndall::transport::camera_path::Partners;
@@ -18,13 +20,20 @@ pub fn thinning(scene: &Scene) -> Thinning {
     Thinning { shares, continuations, only_hit: false }
 }
 
+/// Light subpaths start on lights neither by their powers nor evenly.
+pub fn starts(scene: &Scene) -> Arc<Discrete> {
+    let by_power = scene.lights.by_power();
+    let share = |i: usize| f64::from(by_power.pdf(i)).sqrt() * (i + 1) as f64;
+    Arc::new(Discrete::new((0..by_power.len()).map(share)).expect("a light has power"))
+}
+
 /// The constants of an iteration in which nothing merges. Camera subpaths go on there, or lights would be hit too rarely.
 pub fn pass(scene: &Scene, settings: &Settings, iteration: u64) -> Pass {
     let size = scene.camera.size();
     // With lights that are seen directly left to camera subpaths in every other one.
     let only_hit = iteration % 2 == 1 && settings.techniques.has(Technique::Hit);
     let thinning = Thinning { continuations: Vec::new(), only_hit, ..thinning(scene) };
-    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), thinning)
+    Pass::new(*settings, iteration, Gathers::default(), u64::from(size.x * size.y), thinning, starts(scene))
 }
 
 /// Traces light subpath and camera subpath of one pixel and gives every sample with its whole path.

@@ -1,6 +1,6 @@
 //! Rung 2 for merges: weights and contributions of merges, and of connections beside them, are those of the oracle.
 
-use crate::collect::{Traced, thinning, trace_merges};
+use crate::collect::{Traced, starts, thinning, trace_merges};
 use crate::oracle::judge;
 use crate::scenes;
 use glam::UVec2;
@@ -59,7 +59,8 @@ pub fn check(name: &str, scene: &Scene, settings: Settings, seen: &mut Seen) {
         Heuristic::Power(beta) => f64::from(beta),
     };
     let size = scene.camera.size();
-    let pass = Pass::new(settings, 3, gathers(), u64::from(size.x * size.y), thinning(scene));
+    let pixels = u64::from(size.x * size.y);
+    let pass = Pass::new(settings, 3, gathers(), pixels, thinning(scene), starts(scene));
     let pixels: Vec<UVec2> =
         (0..size.y).step_by(6).flat_map(|y| (0..size.x).step_by(6).map(move |x| UVec2::new(x, y))).collect();
     for traced in trace_merges(scene, &pass, &pixels) {

@@ -305,7 +305,7 @@ fn check_walks(name: &str, scene: &Scene, light: bool, seen: &mut Checked) {
             let (a, density, leave, rest) = if light {
                 let Some(x0) = subpath.light else { continue };
                 let end = End { p: x0.p.as_dvec3(), n: x0.n.as_dvec3() };
-                let density = scene.lights.pdf_position(&scene.geometry, &x0);
+                let density = scene.lights.pdf_position(&pass.starts, &x0);
                 (end, f64::from(density), 1.0, &subpath.vertices[..])
             } else {
                 let Some((first, rest)) = subpath.vertices.split_first() else { continue };

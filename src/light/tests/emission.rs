@@ -14,7 +14,7 @@ fn directions_follow_their_density() {
             continue;
         }
         let (geometry, lights) = alone(light);
-        let at = lights.sample_emission(&geometry, 0.5, fixed, fixed).unwrap().point;
+        let at = lights.sample_emission(&geometry, lights.by_power(), 0.5, fixed, fixed).unwrap().point;
         let one_sided = matches!(name, "sphere" | "disc" | "mesh");
         let cap = match name {
             "spot" | "linear spot" => Cap { axis: spot_axis(), cos_min: 35f64.to_radians().cos() },
@@ -26,7 +26,7 @@ fn directions_follow_their_density() {
         };
         let sample = |s: &mut Stream| {
             let u = s.next_1d();
-            let e = lights.sample_emission(&geometry, u, fixed, s.next_2d())?;
+            let e = lights.sample_emission(&geometry, lights.by_power(), u, fixed, s.next_2d())?;
             assert!(e.point.p == at.p && e.origin == at.p);
             if at.n != Vec3A::ZERO {
                 assert!(e.dir.dot(e.point.n) > 0.0, "{name}: emission is on the side of the normal");
@@ -43,7 +43,7 @@ fn environment_directions_follow_their_density() {
         let (geometry, lights) = alone(light);
         let sample = |s: &mut Stream| emit(&lights, &geometry, s).map(|e| e.point.n);
         let at = |n| LightPoint { n, ..lights.infinite_toward(n).unwrap() };
-        Cap::SPHERE.assert_sampler(name, 400_000, sample, |n| lights.pdf_position(&geometry, &at(n)));
+        Cap::SPHERE.assert_sampler(name, 400_000, sample, |n| lights.pdf_position(lights.by_power(), &at(n)));
     }
 }
 
@@ -53,7 +53,7 @@ fn sphere_positions_follow_their_density() {
     let sample =
         |s: &mut Stream| emit(&lights, &geometry, s).map(|e| (e.point.p - Vec3A::new(1.0, 2.0, 0.0)) / 0.5);
     let at = emit(&lights, &geometry, &mut stream(1)).unwrap().point;
-    let per_solid_angle = lights.pdf_position(&geometry, &at) * 0.25;
+    let per_solid_angle = lights.pdf_position(lights.by_power(), &at) * 0.25;
     Cap::SPHERE.assert_sampler("sphere positions", 300_000, sample, |_| per_solid_angle);
 }
 
@@ -86,7 +86,7 @@ fn assert_uniform_on_disc(
 fn disc_positions_are_uniform() {
     let (geometry, lights) = alone(area(1, true));
     let at = emit(&lights, &geometry, &mut stream(1)).unwrap().point;
-    assert!(same(lights.pdf_position(&geometry, &at), (1.0 / (PI * 0.49)) as f32));
+    assert!(same(lights.pdf_position(lights.by_power(), &at), (1.0 / (PI * 0.49)) as f32));
     assert_uniform_on_disc("disc", Vec3A::ZERO, tilted(), 0.7, |s| {
         emit(&lights, &geometry, s).unwrap().point.p
     });
@@ -99,11 +99,12 @@ fn infinite_rays_cover_the_scene_from_outside() {
         let (centre, radius) = (geometry.bounding_sphere().0, lights.disc_radius());
         assert!(radius >= geometry.bounding_sphere().1);
         let u_dir = Vec2::new(0.6, 0.7);
-        let first = lights.sample_emission(&geometry, 0.1, Vec2::splat(0.5), u_dir).unwrap();
+        let first =
+            lights.sample_emission(&geometry, lights.by_power(), 0.1, Vec2::splat(0.5), u_dir).unwrap();
         let n = first.point.n;
         assert_uniform_on_disc(name, centre, n, radius, |s| {
             let u = s.next_1d();
-            let e = lights.sample_emission(&geometry, u, s.next_2d(), u_dir).unwrap();
+            let e = lights.sample_emission(&geometry, lights.by_power(), u, s.next_2d(), u_dir).unwrap();
             assert!(e.dir == -n && e.point.n == n);
             assert!(same(e.pdf_dir, 1.0 / (std::f32::consts::PI * radius * radius)));
             assert!((e.origin - centre).dot(n) > 0.9999 * radius, "rays start outside the bounding sphere");
@@ -126,7 +127,7 @@ fn what_a_sample_says_is_what_the_functions_say() {
     for _ in 0..100_000 {
         let Some(e) = emit(&lights, &geometry, &mut s) else { continue };
         seen[e.point.light as usize] += 1;
-        assert!(same(e.pdf_pos, lights.pdf_position(&geometry, &e.point)), "{e:?}");
+        assert!(same(e.pdf_pos, lights.pdf_position(lights.by_power(), &e.point)), "{e:?}");
         assert!(same(e.pdf_dir, lights.pdf_direction(&e.point, e.dir)), "{e:?}");
         assert_eq!(e.radiance, lights.emitted(&e.point, e.dir), "{e:?}");
         assert!(e.pdf_pos > 0.0 && e.pdf_dir > 0.0 && (e.dir.length() - 1.0).abs() < 1e-4);
@@ -226,7 +227,7 @@ fn lights_are_selected_by_power() {
     }
     assert_eq!(counts[6], 0.0, "a light without power is never selected");
     for (i, power) in powers.iter().enumerate() {
-        assert!((f64::from(lights.selection_pdf(i)) - power / total).abs() < 1e-5);
+        assert!((f64::from(lights.by_power().pdf(i)) - power / total).abs() < 1e-5);
     }
     // The colour is the same for all, so that the luminance is in proportion to red.
     assert!(colour().luminance() > 0.0);

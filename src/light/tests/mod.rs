@@ -123,7 +123,7 @@ pub fn over_sphere(f: impl Fn(Vec3A) -> f64) -> f64 {
 /// A light point's two random pairs and selection, and the sample made of them.
 pub fn emit(lights: &Lights, geometry: &Geometry, s: &mut crate::math::Stream) -> Option<EmissionSample> {
     let u = s.next_1d();
-    lights.sample_emission(geometry, u, s.next_2d(), s.next_2d())
+    lights.sample_emission(geometry, lights.by_power(), u, s.next_2d(), s.next_2d())
 }
 
 /// Relative agreement of two densities.

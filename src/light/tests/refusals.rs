@@ -83,5 +83,5 @@ fn lights_without_power_are_not_found_by_rays() {
     assert_eq!(lights.warnings().len(), 2);
     assert!(lights.infinite_toward(Vec3A::Y).is_none());
     assert!(lights.at_surface(&geometry.sample_area(0, Vec2::splat(0.5))).is_none());
-    assert_eq!(lights.selection_pdf(2), 1.0);
+    assert_eq!(lights.by_power().pdf(2), 1.0);
 }

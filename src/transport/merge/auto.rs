@@ -31,13 +31,15 @@ use super::evidence::{Counts, Evidence};
 use super::gather::{Gathers, dimension};
 use super::pilot::{self, PILOT, Pilot};
 use super::settings::{MERGES, PathCount, Radius, place_of};
+use super::starts;
 use crate::geometry::Ray;
-use crate::math::{Stream, StreamKind};
+use crate::math::{Discrete, Stream, StreamKind};
 use crate::scene::{End, Scene};
 use crate::transport::settings::Settings;
 use crate::transport::technique::{Technique, TechniqueSet};
 use crate::transport::thinning::Thinning;
 use glam::Vec2;
+use std::sync::Arc;
 
 /// Merges of all techniques together that it starts from, for each connection.
 const MERGES_A_CONNECTION: f64 = 0.25;
@@ -51,6 +53,8 @@ const UNIFIED: usize = 3;
 const MEAN_FREE_PATHS: f32 = 0.25;
 /// No radius that is chosen is below so many footprints, unless a mean free path is.
 const LEAST_FOOTPRINTS: f32 = 0.5;
+/// Pilots that are asked: what a single one happens to see would decide too much.
+const PILOTS: u64 = 2;
 /// As many light subpaths as are merged with at least.
 const LEAST_PATHS: u64 = 64;
 
@@ -66,13 +70,17 @@ pub struct Chosen {
     pub left_out: TechniqueSet,
     /// What is thinned out in each medium.
     pub thinning: Thinning,
+    /// The share of the light subpaths that starts on each light; `None` where it goes by power.
+    pub starts: Option<Arc<Discrete>>,
 }
 
 /// What the settings leave open, chosen.
 pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
     let thinning = Thinning::of(scene, settings);
     let mut chosen = Chosen { thinning, left_out: settings.left_out, ..Chosen::default() };
-    if !settings.active().merges() {
+    chosen.starts = starts::asked(scene, settings);
+    let open_starts = starts::is_open(scene, settings);
+    if !settings.active().merges() && !open_starts {
         return chosen;
     }
     let pixels = u64::from(scene.camera.size().element_product());
@@ -92,11 +100,26 @@ pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
             PathCount::Auto => pixels,
         };
     }
+    let active = Settings { techniques: settings.active(), ..*settings };
+    let pilots = |starts: &Arc<Discrete>, first: u64, chosen: &Chosen| -> Vec<Pilot> {
+        let run = |n| Pilot::run(scene, &active, &chosen.thinning, starts, &chosen.gathers, n);
+        (first..first + PILOTS).map(run).collect()
+    };
+    if open_starts {
+        let even = starts::even(&scene.lights);
+        let pilots = pilots(&even, PILOTS, &chosen);
+        let counts = open(scene, &active, &pilots[0], &chosen).counts;
+        chosen.starts = starts::choose(scene, &pilots, &counts, &even);
+    }
+    if !active.techniques.merges() {
+        chosen.gathers = Gathers::default();
+        return chosen;
+    }
     if needs_pilot(scene, settings) {
-        let active = Settings { techniques: settings.active(), ..*settings };
-        let pilot = Pilot::run(scene, &active, &chosen.thinning, &chosen.gathers);
-        choose(scene, &active, &pilot, footprint, &mut chosen);
-        bound(&active, &pilot, &mut chosen);
+        let starts = chosen.starts.as_ref().unwrap_or(scene.lights.by_power());
+        let pilots = pilots(starts, 0, &chosen);
+        choose(scene, &active, &pilots, footprint, &mut chosen);
+        bound(&active, &pilots[0], &mut chosen);
     }
     chosen
 }
@@ -157,8 +180,8 @@ fn footprint(scene: &Scene) -> Option<f32> {
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// What is open, by what the pilot saw.
-fn choose(scene: &Scene, settings: &Settings, pilot: &Pilot, footprint: f32, chosen: &mut Chosen) {
+/// What is open, and where its choice starts.
+fn open(scene: &Scene, settings: &Settings, pilot: &Pilot, chosen: &Chosen) -> Open {
     let goes_on = Thinning::is_open(scene, settings);
     let continuations = match &chosen.thinning.continuations {
         _ if goes_on => vec![GOES_ON; scene.media.len()],
@@ -173,10 +196,20 @@ fn choose(scene: &Scene, settings: &Settings, pilot: &Pilot, footprint: f32, cho
         direct: Thinning::is_direct_open(settings),
     };
     start(settings, pilot, &mut open);
+    open
+}
+
+/// What is open, by what the pilot saw.
+fn choose(scene: &Scene, settings: &Settings, pilots: &[Pilot], footprint: f32, chosen: &mut Chosen) {
+    let open = open(scene, settings, &pilots[0], chosen);
     let efficient = settings.merging.efficient && !settings.merging.first;
-    let evidence = if efficient { Evidence::of(scene, pilot, &open.counts) } else { Evidence::default() };
-    let found =
-        if evidence.is_empty() { open.counts } else { choice::choose(scene, pilot, &evidence, &open) };
+    let evidence =
+        if efficient { Evidence::of_all(scene, pilots, &open.counts) } else { Evidence::default() };
+    let found = if evidence.is_empty() {
+        open.counts.clone()
+    } else {
+        choice::choose(scene, pilots, &evidence, &open)
+    };
     for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| settings.techniques.has(*t)) {
         if found.merges[i] == 0.0 {
             chosen.left_out = chosen.left_out.with(technique);
@@ -199,7 +232,7 @@ fn choose(scene: &Scene, settings: &Settings, pilot: &Pilot, footprint: f32, cho
             gather.paths = ((gather.paths as f64 * times) as u64).max(LEAST_PATHS.min(gather.paths));
         }
     }
-    if goes_on {
+    if open.continuations {
         chosen.thinning.continuations = found.continuations;
     }
     chosen.thinning.only_hit = !found.direct;
@@ -212,7 +245,7 @@ fn start(settings: &Settings, pilot: &Pilot, open: &mut Open) {
     // A smaller set is named for what is in it, as to compare its techniques.
     let in_media = on.iter().filter(|t| **t != Technique::Surface).count();
     let unified = in_media >= UNIFIED;
-    let connections = work.connections + pilot.light_connections;
+    let connections = work.connections + pilot.a_light_path(|of| of.lens);
     let wanted = (MERGES_A_CONNECTION * connections).max(LEAST_MERGES) / on.len() as f64;
     for technique in on {
         let i = place_of(technique).expect("a merge");
@@ -237,8 +270,10 @@ fn bound(settings: &Settings, pilot: &Pilot, chosen: &mut Chosen) {
     for technique in MERGES.into_iter().filter(|t| settings.techniques.has(*t)) {
         let i = place_of(technique).expect("a merge");
         let (most, a_path) = match technique {
-            Technique::BeamPoint | Technique::BeamBeam => (settings.merging.most_beams, pilot.beams),
-            _ => (settings.merging.most_photons, pilot.photons),
+            Technique::BeamPoint | Technique::BeamBeam => {
+                (settings.merging.most_beams, pilot.a_light_path(|of| of.beams))
+            }
+            _ => (settings.merging.most_photons, pilot.a_light_path(|of| of.photons)),
         };
         let Some(most) = most else { continue };
         let gather = &mut chosen.gathers.of[i];

@@ -4,7 +4,7 @@
 //! time comes to. From what is asked, or as many merges of each technique, one number after the other is moved along its ladder as long
 //! as the product falls. Both are estimates, and the more there is, the more they leave out: a technique is left out unless it gains clearly.
 
-use super::cost::Work;
+use super::cost;
 use super::evidence::{Counts, Evidence};
 use super::pilot::Pilot;
 use super::settings::MERGES;
@@ -39,9 +39,8 @@ const WORTHLESS: f64 = 1.04;
 const ROUNDS: usize = 4;
 
 /// The best of what is open.
-pub fn choose(scene: &Scene, pilot: &Pilot, evidence: &Evidence, open: &Open) -> Counts {
-    let product =
-        |counts: &Counts| evidence.error(counts) * Work::of(pilot, counts).cost(scene, pilot, counts);
+pub fn choose(scene: &Scene, pilots: &[Pilot], evidence: &Evidence, open: &Open) -> Counts {
+    let product = |counts: &Counts| evidence.error(counts) * cost::mean(scene, pilots, counts);
     let start = open.counts.clone();
     let mut best = start.clone();
     let mut least = product(&best);

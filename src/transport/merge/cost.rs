@@ -2,7 +2,7 @@
 //! other radii and counts, and so other bits, on each machine and in each run.
 
 use super::evidence::Counts;
-use super::pilot::{NO_MEDIUM, Pilot};
+use super::pilot::{NO_MEDIUM, OfLight, Pilot};
 use super::settings::{MERGES, has_camera_beam, place_of};
 use crate::scene::Scene;
 use crate::transport::technique::Technique;
@@ -16,8 +16,10 @@ pub struct Work {
     pub in_media: f64,
     /// Connections that are not blocked.
     pub connections: f64,
-    /// Connections that are tried.
+    /// Connections that are tried, next-event estimation among them.
     pub tried: f64,
+    /// Next-event estimations.
+    pub next_events: f64,
     /// Cells of a grid along the edges to collisions.
     pub cells: f64,
     /// Merges, by technique in the order of [`MERGES`], with as many light subpaths and as wide a kernel as the pilot's pass has.
@@ -35,6 +37,7 @@ impl Work {
                 work.in_media += if step.medium == NO_MEDIUM { 0.0 } else { reached };
                 work.connections += reached * f64::from(step.connections);
                 work.tried += reached * f64::from(step.tried);
+                work.next_events += reached * f64::from(step.next_event);
                 work.cells += reached * f64::from(step.cells);
                 let left = reached * counts.rarer(step.medium, step.goes_on);
                 for ((sum, n), technique) in work.merges.iter_mut().zip(step.merges).zip(MERGES) {
@@ -46,7 +49,7 @@ impl Work {
         }
         let tracks = pilot.tracks.len().max(1) as f64;
         let each = |x: f64| x / tracks;
-        let Self { on_surfaces, in_media, connections, tried, cells, mut merges } = work;
+        let Self { on_surfaces, in_media, connections, tried, next_events, cells, mut merges } = work;
         for (merges, technique) in merges.iter_mut().zip(MERGES) {
             *merges = each(*merges) * pilot.stands_for(technique);
         }
@@ -55,6 +58,7 @@ impl Work {
             in_media: each(in_media),
             connections: each(connections),
             tried: each(tried),
+            next_events: each(next_events),
             cells: each(cells),
             merges,
         }
@@ -62,50 +66,86 @@ impl Work {
 
     /// What a pixel's share of an iteration costs, in nanoseconds of the machine that it was fitted on.
     pub fn cost(&self, scene: &Scene, pilot: &Pilot, counts: &Counts) -> f64 {
-        let pixels = pilot.pass.partners as f64;
-        let on = |t: Technique| counts.merges[place_of(t).expect("a merge")] > 0.0;
-        let any = |all: &[Technique]| all.iter().any(|t| on(*t));
-        let partners = if pilot.pass.settings.needs_partners() { 1.0 } else { 0.0 };
-        // Light subpaths a pixel.
-        let merged = MERGES
-            .into_iter()
-            .filter(|t| on(*t))
-            .map(|t| pilot.pass.gathers.of(t).paths as f64 / pixels)
-            .fold(0.0, f64::max);
-        let light = f64::max(partners, merged);
-        let vertices = self.on_surfaces + self.in_media;
-        // Cells along an edge to a collision, and what they add to a connection from one.
+        self.cost_without_light(scene, counts) + self.cost_of_lights(scene, pilot, counts).iter().sum::<f64>()
+    }
+
+    /// Cells along an edge to a collision, and what they add to a connection from a vertex.
+    fn cells_an_edge(&self) -> (f64, f64) {
         let an_edge = if self.in_media > 0.0 { self.cells / self.in_media } else { 0.0 };
-        let to_lens = partners * pilot.light_vertices;
-        let rays = EDGE * (1.0 + vertices)
-            + LIGHT_EDGE * light * (1.0 + pilot.light_vertices)
-            + CONNECTION * (self.tried + to_lens);
-        let share = self.in_media / f64::max(vertices, 1e-9);
-        let cells = self.cells + an_edge * share * self.tried + pilot.light_cells * (light + partners);
-        let mut cost = rays * a_ray(scene) + CELL * cells;
-        for ((technique, merges), n) in MERGES.into_iter().zip(self.merges).zip(counts.merges) {
-            if n == 0.0 {
-                continue;
-            }
+        (an_edge, an_edge * self.in_media / f64::max(self.on_surfaces + self.in_media, 1e-9))
+    }
+
+    /// The part of [`Self::cost`] that light subpaths have nothing to do with.
+    fn cost_without_light(&self, scene: &Scene, counts: &Counts) -> f64 {
+        let vertices = self.on_surfaces + self.in_media;
+        let (an_edge, at_vertex) = self.cells_an_edge();
+        let rays = EDGE * (1.0 + vertices) + CONNECTION * self.next_events;
+        let mut cost = rays * a_ray(scene) + CELL * (self.cells + at_vertex * self.next_events);
+        for technique in MERGES.into_iter().filter(|t| is_on(counts, *t)) {
             let looks = match technique {
                 Technique::Surface => self.on_surfaces,
                 _ if has_camera_beam(technique) => 1.0 + vertices,
                 _ => self.in_media,
             };
-            let [look, merge] = MERGE[place_of(technique).expect("a merge")];
-            cost += look * looks + merge * merges * n;
+            cost += MERGE[place_of(technique).expect("a merge")][0] * looks;
         }
-        if any(&[Technique::PointBeam, Technique::BeamBeam]) {
+        if [Technique::PointBeam, Technique::BeamBeam].into_iter().any(|t| is_on(counts, t)) {
             cost += CELL * an_edge * (1.0 + vertices);
-        }
-        if any(&[Technique::Surface, Technique::PointPoint, Technique::PointBeam]) {
-            cost += STORED * merged * pilot.photons;
-        }
-        if any(&[Technique::BeamPoint, Technique::BeamBeam]) {
-            cost += merged * (STORED * pilot.beams + CELL * pilot.light_cells);
         }
         cost
     }
+
+    /// The parts of [`Self::cost`] that the light subpaths of each light bring with them: their edges, connections with them, and
+    /// what is stored of them and merged.
+    pub fn cost_of_lights(&self, scene: &Scene, pilot: &Pilot, counts: &Counts) -> Vec<f64> {
+        let pixels = pilot.pass.partners as f64;
+        let any = |all: &[Technique]| all.iter().any(|t| is_on(counts, *t));
+        let partners = if pilot.pass.settings.needs_partners() { 1.0 } else { 0.0 };
+        // Light subpaths a pixel.
+        let merged = MERGES
+            .into_iter()
+            .filter(|t| is_on(counts, *t))
+            .map(|t| pilot.pass.gathers.of(t).paths as f64 / pixels)
+            .fold(0.0, f64::max);
+        let light = f64::max(partners, merged);
+        let points = any(&[Technique::Surface, Technique::PointPoint, Technique::PointBeam]);
+        let beams = any(&[Technique::BeamPoint, Technique::BeamBeam]);
+        let (_, at_vertex) = self.cells_an_edge();
+        let paths = pilot.paths.max(1) as f64;
+        let all = |of: &dyn Fn(&OfLight) -> f64| pilot.of_lights.iter().map(of).sum::<f64>();
+        // Of what was counted for all lights together, this light's share.
+        let part = |total: f64, own: f64, all: f64| if all > 0.0 { total * own / all } else { 0.0 };
+        let tried = all(&|of| of.tried);
+        let merges: [f64; MERGES.len()] = std::array::from_fn(|i| all(&|of| of.merges[i]));
+        let cost = |of: &OfLight| {
+            let [started, vertices, cells] = [of.paths, of.vertices, of.cells].map(|n| n / paths);
+            let tried = part(self.tried - self.next_events, of.tried, tried);
+            let rays = LIGHT_EDGE * light * (started + vertices) + CONNECTION * (tried + partners * vertices);
+            let mut cost = rays * a_ray(scene) + CELL * (at_vertex * tried + cells * (light + partners));
+            for (i, n) in counts.merges.into_iter().enumerate() {
+                cost += MERGE[i][1] * n * part(self.merges[i], of.merges[i], merges[i]);
+            }
+            if points {
+                cost += STORED * merged * of.photons / paths;
+            }
+            if beams {
+                cost += merged * (STORED * of.beams / paths + CELL * cells);
+            }
+            cost
+        };
+        pilot.of_lights.iter().map(cost).collect()
+    }
+}
+
+/// The mean over pilots of what a pixel's share of an iteration costs.
+pub fn mean(scene: &Scene, pilots: &[Pilot], counts: &Counts) -> f64 {
+    let cost = |pilot: &Pilot| Work::of(pilot, counts).cost(scene, pilot, counts);
+    pilots.iter().map(cost).sum::<f64>() / pilots.len().max(1) as f64
+}
+
+/// Whether a technique merges at all.
+fn is_on(counts: &Counts, technique: Technique) -> bool {
+    place_of(technique).is_some_and(|i| counts.merges[i] > 0.0)
 }
 
 /// How long a ray takes, relative to one in a scene of some hundred triangles: by the logarithm of their number.

@@ -59,9 +59,9 @@ impl Counts {
 
 /// One vertex of a judged path: shares of Σ n p.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+pub(super) struct Point {
     /// Of the connection that has so many light vertices.
-    connection: f64,
+    pub connection: f64,
     /// Of the merges here.
     merges: [f64; MERGES.len()],
     /// The medium of a collision; [`NO_MEDIUM`] elsewhere.
@@ -71,43 +71,64 @@ struct Point {
 }
 
 impl Point {
-    const NOTHING: Self =
+    pub const NOTHING: Self =
         Self { connection: 0.0, merges: [0.0; MERGES.len()], medium: NO_MEDIUM, goes_on: 1.0 };
 }
 
 /// A judged path: what its sample adds to the second moments, and its vertices from the light to the lens.
 #[derive(Clone, Debug)]
-struct Judged {
-    moment: Moment,
+pub(super) struct Judged {
+    pub moment: Moment,
+    /// The light that it starts on.
+    pub light: usize,
+    /// Whether the sample is of a light subpath, whose start was drawn among the lights.
+    pub started: bool,
     /// Where the subpaths were joined: i of a merge, s of a connection.
-    joined: usize,
-    points: Vec<Point>,
+    pub joined: usize,
+    pub points: Vec<Point>,
+}
+
+/// Σ n' p / Σ n p of a judged path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Density {
+    /// Of what has no light subpath: hits, and lights that are sampled from a vertex.
+    pub without: f64,
+    /// Of what starts with a light subpath.
+    pub started: f64,
+    /// By how much rarer camera subpaths come to where it was joined.
+    pub reached: f64,
 }
 
 impl Judged {
-    /// Σ n' p / Σ n p, and by how much rarer camera subpaths come to where it was joined.
-    fn density(&self, counts: &Counts) -> (f64, f64) {
-        let (mut reached, mut sum, mut joined) = (1.0, 0.0, 1.0);
+    pub fn density(&self, counts: &Counts) -> Density {
+        let mut reached = 1.0;
+        let mut density = Density { without: 0.0, started: 0.0, reached: 1.0 };
         for (i, point) in self.points.iter().enumerate().rev() {
             let merges: f64 = point.merges.iter().zip(&counts.merges).map(|(share, n)| share * n).sum();
             // With two vertices, s = 1 is the light as the lens sees it.
-            let off = !counts.direct && self.points.len() == 2 && i == 1;
-            sum += reached * (if off { 0.0 } else { point.connection } + merges);
+            let directly = self.points.len() == 2 && i == 1;
+            let connection = if directly && !counts.direct { 0.0 } else { point.connection };
+            density.started += reached * merges;
+            if i > 1 || directly {
+                density.started += reached * connection;
+            } else {
+                density.without += reached * connection;
+            }
             if i == self.joined {
-                joined = reached;
+                density.reached = reached;
             }
             if point.medium != NO_MEDIUM {
                 reached *= counts.rarer(point.medium, point.goes_on);
             }
         }
-        (sum, joined)
+        density
     }
 }
 
 /// Samples of a pilot with all that could have made them.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
-    judged: Vec<Judged>,
+    pub(super) judged: Vec<Judged>,
 }
 
 impl Evidence {
@@ -146,13 +167,23 @@ impl Evidence {
                 let chosen = by_maker[&key(*maker)].iter();
                 chosen
                     .filter_map(|(ordinal, moment)| {
-                        let (joined, points) = points(scene, pilot, *maker, &recorder, *ordinal as usize)?;
-                        Some(Judged { moment: *moment, joined, points })
+                        judged(scene, pilot, *maker, &recorder, *ordinal as usize, *moment)
                     })
                     .collect()
             })
             .collect();
         Self { judged: judged.concat() }
+    }
+
+    /// Of several pilots, with numbers of samples about `counts`: their mean.
+    pub fn of_all(scene: &Scene, pilots: &[Pilot], counts: &Counts) -> Self {
+        let each = 1.0 / pilots.len().max(1) as f64;
+        let judged = pilots.iter().flat_map(|pilot| Self::of(scene, pilot, counts).judged);
+        let scaled = judged.map(|mut judged| {
+            judged.moment.of.iter_mut().for_each(|of| *of *= each);
+            judged
+        });
+        Self { judged: scaled.collect() }
     }
 
     /// Whether there is none.
@@ -171,8 +202,8 @@ impl Evidence {
     pub fn errors(&self, counts: &Counts) -> [f64; 2] {
         let mut errors = [0.0; 2];
         for judged in &self.judged {
-            let (density, reached) = judged.density(counts);
-            let moment = judged.moment.with(counts, density, reached);
+            let Density { without, started, reached } = judged.density(counts);
+            let moment = judged.moment.with(counts, without + started, reached);
             for (error, of) in errors.iter_mut().zip(judged.moment.of).filter(|(_, of)| *of > 0.0) {
                 *error += of * moment;
             }
@@ -181,14 +212,15 @@ impl Evidence {
     }
 }
 
-/// Where the path behind a sample was joined, and its vertices; `None` where the oracle makes nothing of it (points on a wall, by rounding).
-fn points(
+/// The path behind a sample; `None` where the oracle makes nothing of it (points on a wall, by rounding).
+fn judged(
     scene: &Scene,
     pilot: &Pilot,
     maker: Maker,
     recorder: &Recorder,
     ordinal: usize,
-) -> Option<(usize, Vec<Point>)> {
+    moment: Moment,
+) -> Option<Judged> {
     let (sample, joint) = recorder.samples.get(ordinal)?;
     let nobody = Recorder::default();
     let walked_again = |path: u64| Recorder::of_light(scene, &pilot.pass, path);
@@ -231,11 +263,11 @@ fn points(
             MadeBy::Merge(technique, i) => points[i].merges[place_of(technique)?] = share,
         }
     }
-    let joined = match traced.made_by() {
-        MadeBy::Connection(s) => s,
-        MadeBy::Merge(_, i) => i,
+    let (joined, started) = match traced.made_by() {
+        MadeBy::Connection(s) => (s, s > 1 || (s == 1 && points.len() == 2)),
+        MadeBy::Merge(_, i) => (i, true),
     };
-    Some((joined, points))
+    Some(Judged { moment, light: traced.path.light.light as usize, started, joined, points })
 }
 
 #[cfg(test)]
@@ -252,7 +284,7 @@ mod tests {
     /// One path, merged on a surface at x_2.
     fn evidence(points: Vec<Point>, products: [f64; KINDS]) -> Evidence {
         let moment = Moment { square: 1.0, products, kind: 0, misses: None, of: [1.0; 2] };
-        Evidence { judged: vec![Judged { moment, joined: 2, points }] }
+        Evidence { judged: vec![Judged { moment, light: 0, started: true, joined: 2, points }] }
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //!
 //! Which of them are worth their cost in a scene, and how many merges of each: a [`pilot`] makes a few thousand samples, [`evidence`] says what
 //! error other numbers would have, [`cost`] what they take, and [`choice`] looks for the best; [`auto`] turns it into radii and counts.
+//! By the same evidence [`starts`] shares out light subpaths among the lights, whether or not something merges.
 //!
 //! In a medium that varies the two places that are taken for one have different coefficients. Where a beam is merged with
 //! a point, those at the point are taken for both arms, and of two beams those on the camera's: so what a point's free flight was
@@ -33,6 +34,7 @@ pub mod pilot;
 pub mod point_beam;
 pub mod point_point;
 pub mod settings;
+pub mod starts;
 pub mod store;
 pub mod surface;
 

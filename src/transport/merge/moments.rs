@@ -64,11 +64,17 @@ pub struct Moment {
 impl Moment {
     /// With other numbers of samples, where the path has `density` times Σ n p, and camera subpaths come to where it was joined `reached` times as often.
     pub fn with(&self, counts: &Counts, density: f64, reached: f64) -> f64 {
+        let over = |x: f64, by: f64| if x > 0.0 { x / by } else { 0.0 };
+        let [square, products] = self.terms(counts, reached);
+        over(square, density) + over(products, density * density)
+    }
+
+    /// What of it is divided by the density, and what by its square.
+    pub fn terms(&self, counts: &Counts, reached: f64) -> [f64; 2] {
         let times = |kind: usize| counts.merges.get(kind).copied().unwrap_or(1.0);
         let products: f64 = self.products.iter().enumerate().map(|(kind, p)| p * times(kind)).sum();
-        let over = |x: f64, by: f64| if x > 0.0 { x / by } else { 0.0 };
         let square = self.square * if counts.direct { 1.0 } else { self.misses.unwrap_or(1.0) };
-        over(square, density) + over(reached * times(self.kind) * products, density * density)
+        [square, reached * times(self.kind) * products]
     }
 }
 
@@ -248,4 +254,23 @@ pub fn moments(scene: &Scene, pilot: &Pilot, counts: &Counts) -> Vec<Moment> {
         moments.iter_mut().for_each(|m| m.of[error] /= if all > 0.0 { all } else { 1.0 });
     }
     moments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_go_by_the_density_and_products_by_its_square() {
+        let mut products = [0.0; KINDS];
+        products[0] = 3.0;
+        products[KINDS - 1] = 5.0;
+        let moment = Moment { square: 2.0, products, kind: 0, misses: None, of: [1.0; 2] };
+        let mut merges = [1.0; MERGES.len()];
+        merges[0] = 0.5;
+        let counts = Counts { merges, continuations: Vec::new(), direct: true };
+        // 2 / 4, and 0.25 of what a camera subpath reaches, times n of its own kind, times 3 n + 5, over 16.
+        let expected = 2.0 / 4.0 + 0.25 * 0.5 * (3.0 * 0.5 + 5.0) / 16.0;
+        assert!((moment.with(&counts, 4.0, 0.25) - expected).abs() < 1e-12);
+    }
 }

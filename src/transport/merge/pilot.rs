@@ -6,6 +6,7 @@ use super::photons::Photons;
 use super::settings::{MERGES, place_of};
 use super::store::{CHUNK, Stored};
 use crate::film::Sample;
+use crate::math::Discrete;
 use crate::scene::Scene;
 use crate::transport::camera_path::{self, Partners};
 use crate::transport::light_path;
@@ -17,6 +18,7 @@ use crate::transport::thinning::Thinning;
 use crate::transport::walk::{Place, Vertex};
 use glam::{UVec2, Vec3A};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Rays that look for footprints lie on a grid of so many a side.
 pub const GRID: u32 = 32;
@@ -50,6 +52,8 @@ pub struct Step {
     pub connections: u32,
     /// Connections that are tried here on average, next-event estimation among them.
     pub tried: f32,
+    /// 1 where next-event estimation is tried.
+    pub next_event: f32,
     /// Cells of a grid along the edge to a collision.
     pub cells: f32,
 }
@@ -62,6 +66,7 @@ impl Step {
         merges: [0; MERGES.len()],
         connections: 0,
         tried: 0.0,
+        next_event: 0.0,
         cells: 0.0,
     };
 }
@@ -96,6 +101,45 @@ pub struct Seen {
     pub on_surface: bool,
 }
 
+/// What the light subpaths that started on one light did.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OfLight {
+    /// How many there were.
+    pub paths: f64,
+    /// Their vertices.
+    pub vertices: f64,
+    /// Cells along the edges to their collisions.
+    pub cells: f64,
+    /// Connections to the lens that were not blocked.
+    pub lens: f64,
+    /// Photons that are stored of them.
+    pub photons: f64,
+    /// Beams that are stored of them.
+    pub beams: f64,
+    /// Merges with them, in the order of [`MERGES`].
+    pub merges: [f64; MERGES.len()],
+    /// Connections with them that were tried.
+    pub tried: f64,
+}
+
+impl OfLight {
+    fn add(&mut self, other: &Self) {
+        self.paths += other.paths;
+        self.vertices += other.vertices;
+        self.cells += other.cells;
+        self.lens += other.lens;
+        self.photons += other.photons;
+        self.beams += other.beams;
+        self.merges.iter_mut().zip(other.merges).for_each(|(sum, n)| *sum += n);
+        self.tried += other.tried;
+    }
+}
+
+/// Sums `other` up, light by light.
+fn add_all(sums: &mut [OfLight], other: &[OfLight]) {
+    sums.iter_mut().zip(other).for_each(|(sum, of)| sum.add(of));
+}
+
 /// What a pilot counted.
 pub struct Pilot {
     /// Its constants.
@@ -110,16 +154,10 @@ pub struct Pilot {
     pub tracks: Vec<Vec<Step>>,
     /// What was recorded.
     pub seen: Vec<Seen>,
-    /// Photons that are stored a light subpath.
-    pub photons: f64,
-    /// Beams that are stored a light subpath.
-    pub beams: f64,
-    /// Vertices of a light subpath.
-    pub light_vertices: f64,
-    /// Cells along the edges to its collisions.
-    pub light_cells: f64,
-    /// Connections to the lens that were not blocked, a light subpath.
-    pub light_connections: f64,
+    /// The light that each light subpath started on.
+    starts: Vec<u32>,
+    /// What light subpaths did, by that light.
+    pub of_lights: Vec<OfLight>,
 }
 
 /// Pixels spread over the frame, on a grid of `side` a side, or of all where there are fewer.
@@ -142,8 +180,14 @@ struct Watch<'a> {
     scene: &'a Scene,
     pass: &'a Pass,
     maker: Maker,
-    /// Connections that a vertex on a surface tries on average.
-    partners: f32,
+    /// Connections with light subpaths that a vertex on a surface tries on average, and the light that those start on.
+    partners: (f32, u32),
+    /// The light that each light subpath starts on, as far as that is known.
+    starts: &'a [u32],
+    /// What it has to do with the light subpaths of each light.
+    of_lights: Vec<OfLight>,
+    /// Of a light subpath: the light that it starts on.
+    light: Option<u32>,
     ordinal: u32,
     /// Where the subpath was last.
     last: Option<Vec3A>,
@@ -152,12 +196,15 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn of(scene: &'a Scene, pass: &'a Pass, maker: Maker, partners: f32) -> Self {
+    fn of(scene: &'a Scene, pass: &'a Pass, maker: Maker, partners: (f32, u32), starts: &'a [u32]) -> Self {
         Self {
             scene,
             pass,
             maker,
             partners,
+            starts,
+            of_lights: vec![OfLight::default(); scene.lights.lights().len()],
+            light: None,
             ordinal: 0,
             last: None,
             steps: vec![Step::LENS],
@@ -177,7 +224,13 @@ impl Sink for Watch<'_> {
         let step = self.steps.last_mut().expect("the first one is there from the start");
         let on_surface = step.on_surface;
         match place_of(sample.technique) {
-            Some(i) => step.merges[i] += 1,
+            Some(i) => {
+                step.merges[i] += 1;
+                if let Joint::Merge(meeting) = joint {
+                    let light = self.starts[meeting.path as usize];
+                    self.of_lights[light as usize].merges[i] += 1.0;
+                }
+            }
             None => step.connections += u32::from(sample.technique != Technique::Hit),
         }
         let known = !matches!(joint, Joint::Glow) && value.is_finite() && value > 0.0;
@@ -199,19 +252,22 @@ impl Sink for Watch<'_> {
 
     fn vertex(&mut self, vertex: &Vertex) {
         let next_event = if self.pass.on(Technique::NextEvent) { 1.0 } else { 0.0 };
-        let tried = if vertex.is_connectible(self.scene) {
-            next_event + self.partners * self.pass.share(&vertex.place)
-        } else {
-            0.0
-        };
+        let connects = vertex.is_connectible(self.scene);
+        let (partners, light) = self.partners;
+        let joined = if connects { partners * self.pass.share(&vertex.place) } else { 0.0 };
+        if joined > 0.0 {
+            self.of_lights[light as usize].tried += f64::from(joined);
+        }
+        let next_event = if connects { next_event } else { 0.0 };
+        let tried = next_event + joined;
         self.steps.push(match &vertex.place {
-            Place::Surface(_) => Step { on_surface: true, tried, ..Step::LENS },
+            Place::Surface(_) => Step { on_surface: true, tried, next_event, ..Step::LENS },
             Place::Medium(collision) => {
                 let medium = &self.scene.media[collision.medium as usize];
                 let goes_on = medium.continuation(&collision.coefficients);
                 let length = self.last.map_or(0.0, |p| p.distance(collision.p));
                 let cells = if length.is_finite() { medium.cells(length) } else { 0.0 };
-                Step { medium: collision.medium, goes_on, tried, cells, ..Step::LENS }
+                Step { medium: collision.medium, goes_on, tried, next_event, cells, ..Step::LENS }
             }
         });
         self.last = Some(vertex.place.position());
@@ -219,34 +275,45 @@ impl Sink for Watch<'_> {
 
     fn start(&mut self, start: &Start) {
         self.last = Some(match start {
-            Start::Light(light) => light.p,
+            Start::Light(light) => {
+                self.light = Some(light.light);
+                light.p
+            }
             Start::Lens(p) => *p,
         });
     }
 }
 
 impl Pilot {
-    /// Runs it with the radii and counts of `gathers`, though with no more light subpaths than it needs: where these are fewer
-    /// than a technique has, each merge stands for as many more.
-    pub fn run(scene: &Scene, settings: &Settings, thinning: &Thinning, gathers: &Gathers) -> Self {
+    /// Runs it with the radii and counts of `gathers` and light subpaths that start as `starts` says, though with no more light subpaths than it needs: where these are fewer
+    /// than a technique has, each merge stands for as many more. Pilots of different `number` share no random numbers.
+    pub fn run(
+        scene: &Scene,
+        settings: &Settings,
+        thinning: &Thinning,
+        starts: &Arc<Discrete>,
+        gathers: &Gathers,
+        number: u64,
+    ) -> Self {
         let size = scene.camera.size();
         let partners = u64::from(size.x) * u64::from(size.y);
-        // The seed is no part of it: independent runs shall have the same radii and counts.
-        let settings = Settings { seed: 0, ..*settings };
+        // The render's seed is no part of it: independent runs shall have the same radii and counts.
+        let settings = Settings { seed: number, ..*settings };
         let thinning = Thinning { continuations: Vec::new(), ..thinning.clone() };
-        let pass = Pass::new(settings, PILOT, *gathers, partners, thinning);
+        let pass = Pass::new(settings, PILOT, *gathers, partners, thinning, starts.clone());
         let needed = if settings.needs_partners() { partners } else { 0 }.max(pass.merged_paths());
         let all: Vec<UVec2> = tracked(scene).collect();
         let some: Vec<UVec2> = all.iter().step_by(FEW).copied().collect();
         let mut paths = PATHS.min(needed);
         loop {
             let mut pilot = Self::walk_light(scene, pass.clone(), paths);
-            let seen: usize = pilot.watch(scene, &some).iter().map(|(_, seen)| seen.len()).sum();
+            let seen: usize = pilot.watch(scene, &some).iter().map(|watched| watched.seen.len()).sum();
             let too_many = seen as f64 / (some.len() as f64 * MOST_SEEN);
             if too_many <= 1.0 || paths <= LEAST_PATHS {
-                for (steps, of_path) in pilot.watch(scene, &all) {
-                    pilot.tracks.push(steps);
-                    pilot.seen.extend(of_path);
+                for watched in pilot.watch(scene, &all) {
+                    pilot.tracks.push(watched.steps);
+                    pilot.seen.extend(watched.seen);
+                    add_all(&mut pilot.of_lights, &watched.of_lights);
                 }
                 return pilot;
             }
@@ -256,43 +323,33 @@ impl Pilot {
 
     /// With so many light subpaths, and no camera subpaths yet.
     fn walk_light(scene: &Scene, pass: Pass, paths: u64) -> Self {
-        let walked: Vec<(Stored, Vec<Seen>, [f64; 3])> =
+        let walked: Vec<Walked> =
             (0..paths.div_ceil(CHUNK)).into_par_iter().map(|c| walk_chunk(scene, &pass, c, paths)).collect();
-        let mut seen = Vec::new();
-        let mut chunks = Vec::new();
-        let mut light = [0.0; 3];
-        for (chunk, of_chunk, counts) in walked {
-            light.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
-            seen.extend(of_chunk);
-            chunks.push(chunk);
+        let (mut seen, mut chunks, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+        let mut of_lights = vec![OfLight::default(); scene.lights.lights().len()];
+        for chunk in walked {
+            seen.extend(chunk.seen);
+            starts.extend(chunk.starts);
+            add_all(&mut of_lights, &chunk.of_lights);
+            chunks.push(chunk.stored);
         }
-        let a_path = |n: f64| n / paths.max(1) as f64;
-        let sum = |of: fn(&Stored) -> usize| a_path(chunks.iter().map(of).sum::<usize>() as f64);
-        let (photons, beams) = (sum(|c| c.photons.len()), sum(|c| c.beams.len()));
-        let [light_vertices, light_connections, light_cells] = light.map(a_path);
         let structures = Photons::build(scene, &pass, &chunks);
-        Self {
-            pass,
-            paths,
-            chunks,
-            structures,
-            tracks: Vec::new(),
-            seen,
-            photons,
-            beams,
-            light_vertices,
-            light_cells,
-            light_connections,
-        }
+        Self { pass, paths, chunks, structures, tracks: Vec::new(), seen, starts, of_lights }
+    }
+
+    /// The mean over light subpaths of what is counted by their lights.
+    pub fn a_light_path(&self, of: impl Fn(&OfLight) -> f64) -> f64 {
+        self.of_lights.iter().map(of).sum::<f64>() / self.paths.max(1) as f64
     }
 
     /// What camera subpaths of these pixels do.
-    fn watch(&self, scene: &Scene, pixels: &[UVec2]) -> Vec<(Vec<Step>, Vec<Seen>)> {
+    fn watch(&self, scene: &Scene, pixels: &[UVec2]) -> Vec<Watched> {
         let of_pixel = |pixel: &UVec2| {
-            let partners = self.share_of_partner(scene, *pixel);
-            let mut watch = Watch::of(scene, &self.pass, Maker::Camera(*pixel), partners);
+            let light = self.starts.get(self.partner(scene, *pixel) as usize).copied().unwrap_or(0);
+            let partners = (self.share_of_partner(scene, *pixel), light);
+            let mut watch = Watch::of(scene, &self.pass, Maker::Camera(*pixel), partners, &self.starts);
             self.trace_camera(scene, *pixel, &mut watch);
-            (watch.steps, watch.seen)
+            Watched { steps: watch.steps, seen: watch.seen, of_lights: watch.of_lights }
         };
         pixels.par_iter().map(of_pixel).collect()
     }
@@ -330,18 +387,43 @@ impl Pilot {
     }
 }
 
-/// The light subpaths of a chunk, what they made by themselves, and how many vertices, connections and cells they had.
-fn walk_chunk(scene: &Scene, pass: &Pass, number: u64, paths: u64) -> (Stored, Vec<Seen>, [f64; 3]) {
+/// What was seen of a camera subpath.
+struct Watched {
+    steps: Vec<Step>,
+    seen: Vec<Seen>,
+    of_lights: Vec<OfLight>,
+}
+
+/// The light subpaths of a chunk, where they started, and what they made by themselves.
+struct Walked {
+    stored: Stored,
+    starts: Vec<u32>,
+    seen: Vec<Seen>,
+    of_lights: Vec<OfLight>,
+}
+
+fn walk_chunk(scene: &Scene, pass: &Pass, number: u64, paths: u64) -> Walked {
     let mut stored = Stored::default();
-    let (mut seen, mut counts) = (Vec::new(), [0.0; 3]);
+    let (mut seen, mut starts) = (Vec::new(), Vec::new());
+    let mut of_lights = vec![OfLight::default(); scene.lights.lights().len()];
     for path in number * CHUNK..((number + 1) * CHUNK).min(paths) {
-        let mut watch = Watch::of(scene, pass, Maker::Light(path), 0.0);
+        let before = (stored.photons.len(), stored.beams.len());
+        let mut watch = Watch::of(scene, pass, Maker::Light(path), (0.0, 0), &[]);
         light_path::trace(scene, pass, path, &mut stored, &mut watch);
         stored.end_path();
-        counts[0] += (watch.steps.len() - 1) as f64;
-        counts[1] += f64::from(watch.ordinal);
-        counts[2] += watch.steps.iter().map(|s| f64::from(s.cells)).sum::<f64>();
+        // One that did not start has no place among any light's.
+        let light = watch.light.unwrap_or(0);
+        starts.push(light);
+        of_lights[light as usize].add(&OfLight {
+            paths: 1.0,
+            vertices: (watch.steps.len() - 1) as f64,
+            cells: watch.steps.iter().map(|s| f64::from(s.cells)).sum(),
+            lens: f64::from(watch.ordinal),
+            photons: (stored.photons.len() - before.0) as f64,
+            beams: (stored.beams.len() - before.1) as f64,
+            ..OfLight::default()
+        });
         seen.extend(watch.seen);
     }
-    (stored, seen, counts)
+    Walked { stored, starts, seen, of_lights }
 }
