@@ -27,7 +27,7 @@
 
 use crate::scene::file::values::{Count, Number, Positive};
 use crate::transport::merge::MergeDef;
-use crate::transport::settings::{Connections, Layers};
+use crate::transport::settings::{Connections, Layers, Tracking};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -164,6 +164,9 @@ pub struct EstimatorDef {
     /// `thinned` or `all`: whether only a share of the connections is made in media that scatter light many times; default
     /// `thinned`.
     pub connections: Option<Connections>,
+    /// `auto`, `exact` or `delta`: how flights and shadow rays go through media on grids whose extinction is grey; `delta`, which is delta
+    /// and ratio tracking, takes no other techniques than `hit` and `nee`, and `auto`, the default, is `delta` for these.
+    pub tracking: Option<Spanned<Tracking>>,
     /// How merges are made.
     pub merge: Option<Spanned<MergeDef>>,
     /// The power heuristic's exponent; default 2.
@@ -192,6 +195,8 @@ pub struct ReferenceDef {
     pub preset: Option<Spanned<String>>,
     /// Keys of techniques.
     pub techniques: Option<Spanned<Vec<String>>>,
+    /// As an estimator's.
+    pub tracking: Option<Spanned<Tracking>>,
     /// How merges are made. Estimators that merge with the same radii would be measured against their own bias: a reference
     /// that merges wants smaller ones.
     pub merge: Option<Spanned<MergeDef>>,

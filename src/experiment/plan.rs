@@ -10,7 +10,7 @@ use crate::scene::RenderDefaults;
 use crate::scene::file::source::Source;
 use crate::transport::expression::Expression;
 use crate::transport::merge::MergeSettings;
-use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
+use crate::transport::settings::{Connections, Heuristic, Layers, Settings, Tracking};
 use crate::transport::technique::TechniqueSet;
 use std::path::{Path, PathBuf};
 
@@ -98,6 +98,8 @@ pub enum ReferencePlan {
     Render {
         /// With these techniques.
         techniques: TechniqueSet,
+        /// With media on grids gone through like this.
+        tracking: Tracking,
         /// Merged like this.
         merging: Box<MergeSettings>,
         /// Of these paths.
@@ -124,6 +126,8 @@ pub struct EstimatorPlan {
     pub heuristic: Heuristic,
     /// Which connections are made.
     pub connections: Connections,
+    /// How media on grids are gone through.
+    pub tracking: Tracking,
     /// The estimator's own.
     pub lengths: Lengths,
     /// How merges are made.
@@ -179,6 +183,7 @@ impl Plan {
         let mut settings = scene.settings(file, estimator.lengths, estimator.techniques)?;
         settings.heuristic = estimator.heuristic;
         settings.connections = estimator.connections;
+        settings.tracking = estimator.tracking;
         settings.merging = estimator.merging;
         settings.paths = estimator.paths.unwrap_or(scene.paths);
         settings.layers = estimator.layers;

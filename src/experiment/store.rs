@@ -129,6 +129,7 @@ impl Unit {
             left_out,
             heuristic,
             connections,
+            tracking,
             merging,
             min_length,
             max_length,
@@ -139,8 +140,9 @@ impl Unit {
         } = settings;
         let mut hasher = Hasher::default();
         hasher.field(scene.1.0.as_bytes());
-        let words =
-            format!("{techniques} {heuristic:?} {connections:?} {merging:?} {min_length} {max_length}");
+        let words = format!(
+            "{techniques} {heuristic:?} {connections:?} {tracking:?} {merging:?} {min_length} {max_length}"
+        );
         hasher.field(words.as_bytes()).field(&paths.fingerprint());
         hasher.field(format!("{seed} {layers:?} {pyramid} {left_out}").as_bytes()).field(ends.as_bytes());
         let key = hasher.hex();

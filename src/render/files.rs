@@ -4,11 +4,12 @@ use super::Outcome;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::exr::LayeredImage;
+use crate::medium::Medium;
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings, auto};
-use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
-use crate::transport::technique::Technique;
+use crate::transport::settings::{Connections, Heuristic, Layers, Settings, Tracking};
+use crate::transport::technique::{Technique, TechniqueSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,6 +51,9 @@ pub struct Resolved {
     /// Which connections between subpaths were made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub connections: Option<Connections>,
+    /// How media on grids were gone through, where that could be chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracking: Option<Tracking>,
     /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merging: Option<ResolvedMerging>,
@@ -125,6 +129,7 @@ impl Resolved {
             max_length: settings.max_length,
             paths: settings.paths.to_string(),
             connections: settings.techniques.has(Technique::Connect).then_some(settings.connections),
+            tracking: tracking(scene, settings),
             merging: ResolvedMerging::new(scene, settings),
             seed: settings.seed.to_string(),
             layers: settings.layers,
@@ -136,6 +141,13 @@ impl Resolved {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("plain structs have a JSON form")
     }
+}
+
+/// None where there is nothing to track, or a technique that forbids it.
+fn tracking(scene: &Scene, settings: &Settings) -> Option<Tracking> {
+    let chosen = settings.techniques.without(TechniqueSet::tracked()).is_empty()
+        && scene.media.iter().any(Medium::is_tracked);
+    chosen.then(|| settings.with_tracking().tracking)
 }
 
 /// What files say that were written before paths could be left out.

@@ -16,5 +16,5 @@ pub mod walk;
 
 pub use expression::{Expression, Label};
 pub use iteration::{IterationStats, Renderer};
-pub use settings::{Connections, Heuristic, Layers, Settings};
+pub use settings::{Connections, Heuristic, Layers, Settings, Tracking};
 pub use technique::{Technique, TechniqueSet};

@@ -30,6 +30,8 @@ pub struct Pass {
     pub partners: u64,
     /// What is thinned out in each medium.
     pub thinning: Thinning,
+    /// Whether media are tracked, see [`Settings::tracks`].
+    pub tracks: bool,
     /// Whether some technique that is on has a beam.
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
@@ -65,6 +67,7 @@ impl Pass {
             merges,
             partners,
             thinning,
+            tracks: settings.tracks(),
             beams,
             camera_beams,
         }
@@ -80,6 +83,11 @@ impl Pass {
     #[inline]
     pub fn on(&self, technique: Technique) -> bool {
         self.settings.techniques.has(technique)
+    }
+
+    /// Whether a medium is tracked: flights and shadow rays have it as clear in their densities.
+    pub fn is_tracked(&self, medium: &Medium) -> bool {
+        self.tracks && medium.is_tracked()
     }
 
     /// g of a place: the share with which it is connected.

@@ -93,7 +93,7 @@ pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
         };
     }
     if needs_pilot(scene, settings) {
-        let active = Settings { techniques: settings.active(), ..*settings };
+        let active = Settings { techniques: settings.active(), ..settings.with_tracking() };
         let pilot = Pilot::run(scene, &active, &chosen.thinning, &chosen.gathers);
         choose(scene, &active, &pilot, footprint, &mut chosen);
         bound(&active, &pilot, &mut chosen);
@@ -147,6 +147,7 @@ fn footprint(scene: &Scene) -> Option<f32> {
         let arrival = scene.fly(
             &Ray::new(ray.origin + ray.dir * camera.skipped(ray.dir), ray.dir),
             scene.camera_inside,
+            false,
             &mut random,
         );
         if !matches!(arrival.end, End::Open) {
