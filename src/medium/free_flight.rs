@@ -52,7 +52,7 @@ impl Passage {
     /// This, and then a stretch in which flights are tracked and of which the share `passed` gets through.
     #[inline]
     pub fn then_tracked(self, passed: f32) -> Self {
-        Self { transmittance: self.transmittance * passed, ..self }
+        Self { transmittance: self.transmittance * passed, survival: self.survival }
     }
 
     /// The free-flight factor. `rate` is σ_t where the edge ends at a collision, and [`Rgb::ONE`] where it ends on
