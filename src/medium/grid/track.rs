@@ -58,7 +58,7 @@ impl Placed<f32> {
             loop {
                 let next = s + left / most;
                 // Also where there is nothing to divide by.
-                if !(next < to) {
+                if next >= to || next.is_nan() {
                     left = (left - (to - s) * most).max(0.0);
                     return ControlFlow::Continue(());
                 }
@@ -92,7 +92,7 @@ impl Placed<f32> {
             let mut s = from;
             loop {
                 let next = s + left / most;
-                if !(next < to) {
+                if next >= to || next.is_nan() {
                     left = (left - (to - s) * most).max(0.0);
                     return ControlFlow::Continue(());
                 }
