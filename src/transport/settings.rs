@@ -160,6 +160,12 @@ impl Settings {
         }
     }
 
+    /// [`Self::with_tracking`], and exact where there is nothing to track: all is the same then.
+    pub fn with_tracking_in(self, scene: &Scene) -> Self {
+        let tracks = self.tracks() && scene.media.iter().any(Medium::is_tracked);
+        Self { tracking: if tracks { Tracking::Delta } else { Tracking::Exact }, ..self }
+    }
+
     /// These settings with the choice of `auto` made, by all techniques that were asked for.
     pub fn with_tracking(self) -> Self {
         Self { tracking: if self.tracks() { Tracking::Delta } else { Tracking::Exact }, ..self }
@@ -186,11 +192,7 @@ impl Settings {
     /// These settings with all that is chosen from the scene as a number, where it was left open: a render with them is the same, without
     /// a pilot.
     pub fn pinned(&self, scene: &Scene) -> Self {
-        let mut pinned = self.with_tracking();
-        // Where there is nothing to track, all is the same.
-        if !scene.media.iter().any(Medium::is_tracked) {
-            pinned.tracking = Tracking::Exact;
-        }
+        let mut pinned = self.with_tracking_in(scene);
         let chosen = auto::resolve(scene, self);
         for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| self.techniques.has(*t)) {
             let now = chosen.gathers.of(technique);
