@@ -1,6 +1,6 @@
 //! Grids: cells that rays cross, and depths along beams; on one thread.
 //!
-//! `cargo bench --bench media`. An element is a cell that is crossed in `grid`, a beam in `beam, depths kept`, and a
+//! `cargo bench --bench media`. An element is a cell that is crossed in `grid`, a ray in `tracking`, a beam in `beam, depths kept`, and a
 //! candidate of a merge in the other groups of beams. What a grid takes in memory is printed first.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -113,6 +113,41 @@ fn grids(c: &mut Criterion) {
     crossings(c, "32³ trilinear", &grid::<f32>(32, true, Interpolation::Trilinear), false);
 }
 
+/// Rays through a grid that is thin, and one that is dense, by points and by all cells.
+fn tracking(c: &mut Criterion) {
+    let mut group = c.benchmark_group("tracking");
+    group.sample_size(20).throughput(Throughput::Elements(RAYS as u64));
+    let rays = rays(true);
+    for (name, filled) in [("256³ trilinear", true), ("256³ trilinear, half empty", false)] {
+        let grid = grid::<f32>(256, filled, Interpolation::Trilinear);
+        group.bench_function(format!("{name}, exact depth"), |b| {
+            b.iter(|| {
+                for (origin, dir) in &rays {
+                    black_box(grid.integral(*origin, *dir, 0.0, f32::INFINITY));
+                }
+            });
+        });
+        for sigma in [1.0, 4.0, 16.0] {
+            let mut s = Stream::new(3, 0, StreamKind::Other, 0);
+            group.bench_function(format!("{name}, σ_t {sigma}, flight"), |b| {
+                b.iter(|| {
+                    for (origin, dir) in &rays {
+                        black_box(grid.track(*origin, *dir, (0.0, f32::INFINITY), sigma, &mut s));
+                    }
+                });
+            });
+            group.bench_function(format!("{name}, σ_t {sigma}, shadow ray"), |b| {
+                b.iter(|| {
+                    for (origin, dir) in &rays {
+                        black_box(grid.ratio(*origin, *dir, (0.0, f32::INFINITY), sigma, &mut s));
+                    }
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
 /// What a candidate of a merge costs on beams of different lengths: by the depths that are kept, and without them; and
 /// what it takes to keep them.
 fn beams(c: &mut Criterion) {
@@ -171,5 +206,5 @@ fn beams(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, grids, beams);
+criterion_group!(benches, grids, tracking, beams);
 criterion_main!(benches);

@@ -30,6 +30,8 @@ fn bad_command_lines_end_in_one_message() {
         ("render small --techniques nee,nee", &["twice"]),
         ("render small --max-length 0", &["maximum path length is 0"]),
         ("render small --min-length 9", &["minimum path length is 9"]),
+        ("render small --tracking sometimes", &["--tracking", "auto, exact, delta"]),
+        ("render small --tracking delta", &["`delta` is for hit and nee alone", "connect, lens must know"]),
         ("render small --layers some", &["--layers", "families"]),
         ("render smal", &["smal", "there is no such scene file"]),
         ("render small/scene.tom", &["there is no such scene file"]),

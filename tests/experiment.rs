@@ -562,3 +562,41 @@ fn wrong_experiments_are_pointed_at() {
         bench.refuse(&format!("run experiment.toml {line}"), parts);
     }
 }
+
+/// Bugs that this keeps out: a run by tracking taken for an exact one, one that does not say it, and a setting that the technique set forbids
+/// found out while rendering.
+#[test]
+fn tracking_is_part_of_what_a_run_is() {
+    let bench = Bench::new();
+    let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/smoke.toml");
+    bench.write("smoke.toml", &std::fs::read_to_string(scene).unwrap());
+    let text = "budget = { spp = 1 }\nsize = [8, 8]\n[reference]\npreset = \"pt\"\ntracking = \"exact\"\nspp = 2\n\
+                [[scene]]\nfile = \"smoke.toml\"\n[[estimator]]\npreset = \"pt\"\n";
+    bench.write("experiment.toml", text);
+    let of = |part: &str| -> HashSet<_> {
+        let files = bench.files().into_iter().filter(|f| f.to_string_lossy().contains(part));
+        files.map(|f| f.parent().unwrap().to_owned()).collect()
+    };
+    let said = || {
+        let file = std::fs::read_to_string(bench.path("results/experiment/smoke/pt/settings.toml")).unwrap();
+        file.lines().find(|l| l.starts_with("tracking")).map(str::to_owned)
+    };
+    bench.succeed("run experiment.toml --cache cache");
+    assert_eq!(said().as_deref(), Some("tracking = \"delta\""));
+    let (cells, references) = (of("/cells/").len(), of("/block-").len());
+    // What it comes to is what counts, not what was said.
+    bench.succeed("run experiment.toml --cache cache --set estimator.pt.tracking=delta");
+    assert_eq!(of("/cells/").len(), cells);
+    bench.succeed("run experiment.toml --cache cache --set estimator.pt.tracking=exact");
+    assert_eq!(said().as_deref(), Some("tracking = \"exact\""));
+    assert!(of("/cells/").len() > cells, "an exact run was taken for a tracked one");
+    assert_eq!(of("/block-").len(), references);
+    bench.succeed("run experiment.toml --cache cache --set reference.tracking=auto");
+    assert_eq!(of("/block-").len(), references + 1);
+    let estimator = "[[estimator]]\npreset = \"bpt\"\ntracking = \"delta\"\n";
+    bench.write("wrong.toml", &text.replace("[[estimator]]\npreset = \"pt\"\n", estimator));
+    bench.refuse(
+        "run wrong.toml",
+        &["wrong.toml", "tracking by `delta` is for hit and nee alone: connect, lens"],
+    );
+}

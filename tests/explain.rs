@@ -12,7 +12,7 @@ use tyndall::render::{Budget, Job, Silent, Stop};
 use tyndall::scene::Scene;
 use tyndall::scene::file::{Overrides, load};
 use tyndall::transport::technique::preset;
-use tyndall::transport::{Settings, TechniqueSet};
+use tyndall::transport::{Settings, TechniqueSet, Tracking};
 
 const ITERATIONS: u64 = 3;
 
@@ -69,6 +69,12 @@ fn replays_are_what_the_render_had() {
     for name in ["pt", "bpt", "vcm"] {
         assert!(check(&small, name, &pixels) > 5, "{name}");
     }
+    // What is tracked has the weights of the oracle as well.
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/smoke.toml");
+    let smoke = scene(&smoke, UVec2::new(24, 24));
+    let settings = Settings::new(TechniqueSet::of(preset("pt").unwrap().techniques));
+    assert_eq!(settings.pinned(&smoke).tracking, Tracking::Delta);
+    assert!(check(&smoke, "pt", &[UVec2::new(12, 11), UVec2::new(14, 14), UVec2::new(7, 12)]) > 20);
     let fog = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fog-cornell/scene.toml");
     let fog = scene(&fog, UVec2::new(24, 24));
     let pixels = [UVec2::new(12, 6), UVec2::new(5, 18), UVec2::new(18, 12), UVec2::new(9, 20)];

@@ -1,6 +1,6 @@
 //! What the command line takes: the one list of commands and options. `--help` comes from here.
 
-use crate::transport::settings::{Connections, Layers, LightStarts};
+use crate::transport::settings::{Connections, Layers, LightStarts, Tracking};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -138,6 +138,9 @@ pub struct RenderArgs {
     /// Which lights light subpaths start on.
     #[arg(long, value_enum, default_value_t = LightStartsArg::Power)]
     pub light_starts: LightStartsArg,
+    /// How flights and shadow rays go through media on grids whose extinction is grey.
+    #[arg(long, value_enum, default_value_t = TrackingArg::Auto)]
+    pub tracking: TrackingArg,
     /// How merges are made, as in --merge bb1d.radius=0.01 or --merge 'surf.paths={per_pixel=0.5}'.
     #[arg(long, value_name = "KEY=VALUE")]
     pub merge: Vec<String>,
@@ -246,6 +249,27 @@ impl From<LightStartsArg> for LightStarts {
         match arg {
             LightStartsArg::Power => Self::Power,
             LightStartsArg::Pilot => Self::Pilot,
+        }
+    }
+}
+
+/// `--tracking`.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrackingArg {
+    /// Delta where the techniques are hit and nee, else exact.
+    Auto,
+    /// By their optical depths, cell by cell.
+    Exact,
+    /// Delta and ratio tracking, for hit and nee alone.
+    Delta,
+}
+
+impl From<TrackingArg> for Tracking {
+    fn from(arg: TrackingArg) -> Self {
+        match arg {
+            TrackingArg::Auto => Self::Auto,
+            TrackingArg::Exact => Self::Exact,
+            TrackingArg::Delta => Self::Delta,
         }
     }
 }

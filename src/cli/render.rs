@@ -85,6 +85,7 @@ pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> R
     let first = args.techniques.is_empty() && preset(&args.estimator)?.first;
     settings.connections = args.connections.into();
     settings.light_starts = args.light_starts.into();
+    settings.tracking = args.tracking.into();
     settings.merging = MergeDef::parse(&args.merge)?.resolve(first);
     settings.seed = args.seed;
     settings.layers = args.layers.into();

@@ -1,6 +1,6 @@
 //! `tyndall techniques`: the tables of techniques and presets.
 
-use crate::transport::technique::{PRESETS, TECHNIQUES};
+use crate::transport::technique::{PRESETS, TECHNIQUES, TechniqueSet};
 
 /// Both tables as text.
 pub fn text() -> String {
@@ -14,6 +14,11 @@ pub fn text() -> String {
     text.push('\n');
     text.push_str(&table(["preset", "what it is", "techniques"], presets.collect()));
     text.push_str("\nAny set can be named: --techniques nee,lens or, in experiments, techniques = [\"nee\", \"lens\"].\n");
+    let tracked: Vec<&str> = TechniqueSet::tracked().iter().map(|t| t.info().key).collect();
+    text.push_str(&format!(
+        "Sets of {} alone go through grey media on grids by delta and ratio tracking, unless --tracking exact.\n",
+        tracked.join(" and ")
+    ));
     text
 }
 

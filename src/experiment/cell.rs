@@ -98,7 +98,8 @@ impl<'a> SceneContext<'a> {
     /// Settings that make no sense.
     pub fn unit(&self, estimator: &EstimatorPlan, run: u32) -> Result<(Unit, Work<'a>)> {
         let defaults = Lengths::from(self.scene.notes.defaults);
-        let settings = self.plan.settings(self.entry, defaults, estimator, run)?;
+        // What `auto` comes to is what counts.
+        let settings = self.plan.settings(self.entry, defaults, estimator, run)?.with_tracking_in(self.scene);
         let budget = estimator.budget;
         let mut ends = if budget.is_timed() { self.clock.to_owned() } else { String::new() };
         if let (Budget::RelMse { target, .. }, Some(truth)) = (budget, self.truth) {

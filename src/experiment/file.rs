@@ -27,7 +27,7 @@
 
 use crate::scene::file::values::{Count, Number, Positive};
 use crate::transport::merge::MergeDef;
-use crate::transport::settings::{Connections, Layers, LightStarts};
+use crate::transport::settings::{Connections, Layers, LightStarts, Tracking};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -187,6 +187,9 @@ pub struct EstimatorDef {
     /// `power` or `pilot`: whether light subpaths start on lights by the lights' powers, or by what a pilot sees them bring to the image;
     /// default `power`.
     pub light_starts: Option<LightStartsDef>,
+    /// `auto`, `exact` or `delta`: how flights and shadow rays go through media on grids whose extinction is grey; `delta`, which is delta
+    /// and ratio tracking, takes no other techniques than `hit` and `nee`, and `auto`, the default, is `delta` for these.
+    pub tracking: Option<Spanned<Tracking>>,
     /// How merges are made.
     pub merge: Option<Spanned<MergeDef>>,
     /// The power heuristic's exponent; default 2.
@@ -215,6 +218,8 @@ pub struct ReferenceDef {
     pub preset: Option<Spanned<String>>,
     /// Keys of techniques.
     pub techniques: Option<Spanned<Vec<String>>>,
+    /// As an estimator's.
+    pub tracking: Option<Spanned<Tracking>>,
     /// How merges are made. Estimators that merge with the same radii would be measured against their own bias: a reference
     /// that merges wants smaller ones.
     pub merge: Option<Spanned<MergeDef>>,

@@ -10,7 +10,7 @@ use crate::scene::RenderDefaults;
 use crate::scene::file::source::Source;
 use crate::transport::expression::Expression;
 use crate::transport::merge::MergeSettings;
-use crate::transport::settings::{Connections, Heuristic, Layers, LightStarts, Settings};
+use crate::transport::settings::{Connections, Heuristic, Layers, LightStarts, Settings, Tracking};
 use crate::transport::technique::TechniqueSet;
 use std::path::{Path, PathBuf};
 
@@ -98,6 +98,8 @@ pub enum ReferencePlan {
     Render {
         /// With these techniques.
         techniques: TechniqueSet,
+        /// With media on grids gone through like this.
+        tracking: Tracking,
         /// Merged like this.
         merging: Box<MergeSettings>,
         /// Of these paths.
@@ -126,6 +128,8 @@ pub struct EstimatorPlan {
     pub connections: Connections,
     /// Which lights light subpaths start on.
     pub light_starts: LightStarts,
+    /// How media on grids are gone through.
+    pub tracking: Tracking,
     /// The estimator's own.
     pub lengths: Lengths,
     /// How merges are made.
@@ -182,6 +186,7 @@ impl Plan {
         settings.heuristic = estimator.heuristic;
         settings.connections = estimator.connections;
         settings.light_starts = estimator.light_starts;
+        settings.tracking = estimator.tracking;
         settings.merging = estimator.merging;
         settings.paths = estimator.paths.unwrap_or(scene.paths);
         settings.layers = estimator.layers;

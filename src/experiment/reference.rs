@@ -96,13 +96,15 @@ impl Maker<'_> {
     /// # Errors
     /// Settings that make no sense, and scene files that cannot be read.
     pub fn making(&self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Making>> {
-        let Some(ReferencePlan::Render { techniques, merging, paths, budget }) = &plan.reference else {
+        let Some(ReferencePlan::Render { techniques, tracking, merging, paths, budget }) = &plan.reference
+        else {
             return Ok(None);
         };
         let defaults = Lengths::from(scene.notes.defaults);
         let mut settings = plan.settings(defaults, Lengths::default(), *techniques)?;
         settings.paths = **paths;
         settings.seed = REFERENCE_SEED;
+        settings.tracking = *tracking;
         settings.merging = **merging;
         settings.check_scene(scene)?;
         let settings = settings.pinned(scene);

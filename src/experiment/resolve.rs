@@ -10,7 +10,7 @@ use crate::scene::file::source::{Source, Span};
 use crate::scene::file::values::Count;
 use crate::transport::expression::Expression;
 use crate::transport::merge::{MergeDef, MergeSettings};
-use crate::transport::settings::{Heuristic, Layers};
+use crate::transport::settings::{Heuristic, Layers, Settings, Tracking};
 use crate::transport::technique::{PRESETS, TechniqueSet};
 use std::path::Path;
 use toml::Spanned;
@@ -181,6 +181,7 @@ impl Resolver<'_> {
             heuristic: self.heuristic(def)?,
             connections: def.connections.unwrap_or_default(),
             light_starts: def.light_starts.unwrap_or_default().into(),
+            tracking: self.tracking(&def.tracking, techniques)?,
             merging: self.merging(&def.merge, &def.preset, techniques)?,
             lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },
             paths: self.paths(&def.paths)?,
@@ -214,6 +215,14 @@ impl Resolver<'_> {
             self.source.error(span, e.to_string())
         })?;
         Ok(merging)
+    }
+
+    /// How media on grids are gone through.
+    fn tracking(&self, said: &Option<Spanned<Tracking>>, techniques: TechniqueSet) -> Result<Tracking> {
+        let Some(said) = said else { return Ok(Tracking::default()) };
+        let settings = Settings { tracking: *said.get_ref(), ..Settings::new(techniques) };
+        settings.check_tracking().map_err(|e| self.source.error(said.span(), e.to_string()))?;
+        Ok(settings.tracking)
     }
 
     fn heuristic(&self, def: &EstimatorDef) -> Result<Heuristic> {
@@ -313,8 +322,13 @@ impl Resolver<'_> {
     fn reference(&self, spanned: &Spanned<ReferenceDef>, paths: Expression) -> Result<ReferencePlan> {
         let def = spanned.get_ref();
         if let Some(file) = &def.file {
-            let rendered =
-                [def.preset.is_some(), def.techniques.is_some(), def.paths.is_some(), def.merge.is_some()];
+            let rendered = [
+                def.preset.is_some(),
+                def.techniques.is_some(),
+                def.paths.is_some(),
+                def.merge.is_some(),
+                def.tracking.is_some(),
+            ];
             if rendered.contains(&true) || def.spp.is_some() || def.seconds.is_some() {
                 let message = "a reference is a `file` or an estimator with a budget, not both";
                 return Err(self.source.error(file.span(), message));
@@ -337,7 +351,8 @@ impl Resolver<'_> {
         };
         let merging = Box::new(self.merging(&def.merge, &def.preset, techniques)?);
         let paths = Box::new(self.paths(&def.paths)?.unwrap_or(paths));
-        Ok(ReferencePlan::Render { techniques, merging, paths, budget })
+        let tracking = self.tracking(&def.tracking, techniques)?;
+        Ok(ReferencePlan::Render { techniques, tracking, merging, paths, budget })
     }
 
     fn figures(&self, estimators: &[EstimatorPlan], scenes: &[ScenePlan]) -> Result<Figures> {

@@ -130,6 +130,7 @@ impl Unit {
             heuristic,
             connections,
             light_starts,
+            tracking,
             merging,
             min_length,
             max_length,
@@ -140,8 +141,9 @@ impl Unit {
         } = settings;
         let mut hasher = Hasher::default();
         hasher.field(scene.1.0.as_bytes());
-        let words =
-            format!("{techniques} {heuristic:?} {connections:?} {merging:?} {min_length} {max_length}");
+        let words = format!(
+            "{techniques} {heuristic:?} {connections:?} {tracking:?} {merging:?} {min_length} {max_length}"
+        );
         hasher
             .field(words.as_bytes())
             .field(format!("{light_starts:?}").as_bytes())

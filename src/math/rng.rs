@@ -78,6 +78,12 @@ impl Stream {
         Self(Xoshiro256PlusPlus::from_seed(state))
     }
 
+    /// A stream of its own, named by the next word of this one: however many numbers it is asked for, this one goes on the same.
+    #[inline]
+    pub fn fork(&mut self) -> Self {
+        Self::from_hash(self.next_u64())
+    }
+
     /// Uniform in [0, 1), a multiple of 2^-24.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {

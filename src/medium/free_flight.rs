@@ -11,6 +11,9 @@
 //!   - Σ w_c κ_c K_c, 1/m, where it ends at a collision, with κ as it is there;
 //!   - Σ w_c K_c, a probability, where it ends on a surface, a light or the lens.
 //!
+//! Where flights are tracked ([`super::Medium::track`]), a stretch of such a medium counts as clear in both, and as estimated in the
+//! transmittance of shadow rays.
+//!
 //! Transmittance over that factor, times σ_t at a collision, is at most 3 in every channel.
 
 use super::decay::{decay, depth_of};
@@ -44,6 +47,12 @@ impl Passage {
             transmittance: self.transmittance * passed,
             survival: if scatters { self.survival * passed } else { self.survival },
         }
+    }
+
+    /// This, and then a stretch in which flights are tracked and of which the share `passed` gets through.
+    #[inline]
+    pub fn then_tracked(self, passed: f32) -> Self {
+        Self { transmittance: self.transmittance * passed, survival: self.survival }
     }
 
     /// The free-flight factor. `rate` is σ_t where the edge ends at a collision, and [`Rgb::ONE`] where it ends on

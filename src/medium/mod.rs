@@ -28,7 +28,7 @@ pub use homogeneous::Homogeneous;
 pub use phase::{Phase, PhaseSample};
 pub use varying::Varying;
 
-use crate::math::Rgb;
+use crate::math::{Rgb, Stream};
 use glam::{Vec2, Vec3A};
 
 /// What a medium does to light at a point.
@@ -114,6 +114,36 @@ impl Medium {
                 (end, m.optical_depth(origin, dir, 0.0, end.unwrap_or(t1)))
             }
             Self::Varying(m) => m.fly(origin, dir, 0.0, t1, channel, depth),
+        }
+    }
+
+    /// Whether [`Self::track`] and [`Self::ratio`] may take the place of [`Self::fly`] and [`Self::optical_depth`] here: it scatters, its
+    /// extinction varies and is the same in all channels, and is a density on a grid that is not too dense for its voxels.
+    #[inline]
+    pub fn is_tracked(&self) -> bool {
+        match self {
+            Self::Homogeneous(_) => false,
+            Self::Varying(m) => m.is_tracked(),
+        }
+    }
+
+    /// The next collision on `origin` + t·`dir`, 0 < t < `t1`, by delta tracking; none where there is none. Only where
+    /// [`Self::is_tracked`].
+    #[inline]
+    pub fn track(&self, origin: Vec3A, dir: Vec3A, t1: f32, random: &mut Stream) -> Option<f32> {
+        match self {
+            Self::Homogeneous(_) => None,
+            Self::Varying(m) => m.track(origin, dir, t1, random),
+        }
+    }
+
+    /// An estimate of the transmittance from 0 to `t1`, the same in all channels, by ratio tracking. Only where
+    /// [`Self::is_tracked`].
+    #[inline]
+    pub fn ratio(&self, origin: Vec3A, dir: Vec3A, t1: f32, random: &mut Stream) -> f32 {
+        match self {
+            Self::Homogeneous(_) => 1.0,
+            Self::Varying(m) => m.ratio(origin, dir, t1, random),
         }
     }
 

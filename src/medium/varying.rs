@@ -3,8 +3,10 @@
 //!
 //! With one density for all channels the optical depths of the channels are multiples of one integral. Where σ_t is a grid of
 //! colours, the three integrals run together. Either way the depth is exact but for rounding, and the same from both ends; what is
-//! sampled by it has a density that both subpaths know. So no tracking by a majorant is needed: its densities would not be known
-//! from the far end.
+//! sampled by it has a density that both subpaths know. Tracking by majorants ([`tracking`]) is an option for sets of techniques that
+//! do not ask for that.
+
+mod tracking;
 
 use super::decay::decay;
 use super::grid::Placed;
@@ -64,6 +66,8 @@ pub struct Varying {
     phase: Phase,
     scatters: bool,
     emissive: bool,
+    /// Whether it can be tracked.
+    tracked: bool,
 }
 
 /// Cells that a ray crosses between two depths that are kept along a beam, about.
@@ -138,8 +142,10 @@ impl Varying {
                 grid.lattice().values().any(|v| (Vec3A::from(v) * *e).max_element() > 0.0)
             }
         };
-        let mut built = Self { extinction, scattering, emission, phase, scatters: true, emissive };
+        let mut built =
+            Self { extinction, scattering, emission, phase, scatters: true, emissive, tracked: false };
         built.scatters = !built.summary().sigma_s.is_black();
+        built.tracked = built.can_be_tracked();
         Ok(built)
     }
 

@@ -175,8 +175,8 @@ impl FullPath {
         }
     }
 
-    /// The optical depth of the edge x_i … x_{i+1}, and the part of it in media that scatter.
-    fn depths(&self, scene: &Scene, i: usize) -> (DVec3, DVec3) {
+    /// The optical depth of the edge x_i … x_{i+1}, and the part of it in media that scatter and are not tracked.
+    fn depths(&self, scene: &Scene, pass: &Pass, i: usize) -> (DVec3, DVec3) {
         let infinite = i == 0 && scene.lights.is_infinite(&self.light);
         // From x_{i+1} to x_i.
         let dir = -self.direction(scene, i);
@@ -212,7 +212,7 @@ impl FullPath {
                 Medium::Varying(_) => quadrature(medium, start, dir, cut[0], cut[1]),
             };
             all += depth;
-            if medium.scatters() {
+            if medium.scatters() && !pass.is_tracked(medium) {
                 scattering += depth;
             }
         }
@@ -300,7 +300,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
     let out = path.direction(scene, 0).as_vec3a();
     let lens_dir = -path.direction(scene, k - 1).as_vec3a();
 
-    let depths: Vec<(DVec3, DVec3)> = (0..k).map(|i| path.depths(scene, i)).collect();
+    let depths: Vec<(DVec3, DVec3)> = (0..k).map(|i| path.depths(scene, pass, i)).collect();
     // The free-flight factor of an edge as sampled so that it ends in vertex `end`: one of three channels is drawn from.
     let flight = |edge: usize, end: usize| path.rate(end, edge).dot((-depths[edge].1).exp()) / 3.0;
 

@@ -4,12 +4,13 @@ use super::Outcome;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::exr::LayeredImage;
+use crate::medium::Medium;
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::merge::auto::{self, Chosen};
 use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings};
-use crate::transport::settings::{Connections, Heuristic, Layers, Settings};
-use crate::transport::technique::Technique;
+use crate::transport::settings::{Connections, Heuristic, Layers, Settings, Tracking};
+use crate::transport::technique::{Technique, TechniqueSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -54,6 +55,9 @@ pub struct Resolved {
     /// The shares of the light subpaths that started on each light, where they were chosen and not in proportion to the powers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light_starts: Option<Vec<f32>>,
+    /// How media on grids were gone through, where that could be chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracking: Option<Tracking>,
     /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merging: Option<ResolvedMerging>,
@@ -130,6 +134,7 @@ impl Resolved {
             paths: settings.paths.to_string(),
             connections: settings.techniques.has(Technique::Connect).then_some(settings.connections),
             light_starts: chosen.starts.as_deref().map(|q| (0..q.len()).map(|i| q.pdf(i)).collect()),
+            tracking: tracking(scene, settings),
             merging: ResolvedMerging::new(settings, chosen),
             seed: settings.seed.to_string(),
             layers: settings.layers,
@@ -141,6 +146,13 @@ impl Resolved {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("plain structs have a JSON form")
     }
+}
+
+/// None where there is nothing to track, or a technique that forbids it.
+fn tracking(scene: &Scene, settings: &Settings) -> Option<Tracking> {
+    let chosen = settings.techniques.without(TechniqueSet::tracked()).is_empty()
+        && scene.media.iter().any(Medium::is_tracked);
+    chosen.then(|| settings.with_tracking().tracking)
 }
 
 /// What files say that were written before paths could be left out.

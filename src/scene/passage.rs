@@ -69,6 +69,23 @@ pub struct Stretch<'a> {
     pub before: Passage,
 }
 
+/// How far a flight gets in one medium.
+struct Flown {
+    /// Where it collides, if it does before the medium ends.
+    collision: Option<f32>,
+    through: Through,
+}
+
+/// What is known of the medium up to a flight's collision, or to its end.
+enum Through {
+    /// Nothing: it ends no flight.
+    Unknown,
+    /// Its optical depth.
+    Depth(Rgb),
+    /// That it counts as clear.
+    Tracked,
+}
+
 impl Scene {
     /// The medium at a point inside of these solids.
     #[inline]
@@ -77,9 +94,10 @@ impl Scene {
     }
 
     /// The short view: how far light gets along `ray`, which starts inside of the solids `inside`. Draws random numbers
-    /// only in scenes where something scatters.
+    /// only in scenes where something scatters. `track`: whether media are tracked that can be, see
+    /// [`Medium::is_tracked`]; the passage then has them as clear.
     #[inline]
-    pub fn fly(&self, ray: &Ray, inside: Inside, random: &mut Stream) -> Arrival {
+    pub fn fly(&self, ray: &Ray, inside: Inside, track: bool, random: &mut Stream) -> Arrival {
         if self.is_void() {
             return self.fly_in_void(ray, inside);
         }
@@ -88,22 +106,26 @@ impl Scene {
         } else {
             Draw { channel: 0, depth: f32::INFINITY }
         };
+        let tracker = track.then_some(random);
         if self.geometry.has_boundaries() {
-            self.fly_through(ray, inside, draw)
+            self.fly_through(ray, inside, draw, tracker)
         } else {
-            self.fly_to_wall(ray, inside, draw)
+            self.fly_to_wall(ray, inside, draw, tracker)
         }
     }
 
     /// A flight where there are no boundaries: one stretch.
     #[inline]
-    fn fly_to_wall(&self, ray: &Ray, inside: Inside, draw: Draw) -> Arrival {
+    fn fly_to_wall(
+        &self,
+        ray: &Ray,
+        inside: Inside,
+        mut draw: Draw,
+        mut tracker: Option<&mut Stream>,
+    ) -> Arrival {
         let index = self.solids.medium(&inside);
         let medium = self.media.get(index as usize);
-        let flight = medium
-            .filter(|m| m.scatters())
-            .map(|m| m.fly(ray.origin, ray.dir, f32::INFINITY, draw.channel, draw.depth));
-        let collision = flight.and_then(|(end, _)| end.ok());
+        let Flown { collision, through } = fly_in(medium, ray, f32::INFINITY, &mut draw, &mut tracker);
         let reach = collision.unwrap_or(f32::INFINITY);
         let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
         let distance = wall.map_or(reach, |hit| hit.t);
@@ -115,13 +137,7 @@ impl Scene {
             }
             (None, ..) => End::Open,
         };
-        let passage = match (medium, flight) {
-            (Some(_), Some((_, depth))) if wall.is_none() => Passage::CLEAR.then(depth, true),
-            (Some(m), _) => {
-                Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, distance), m.scatters())
-            }
-            (None, _) => Passage::CLEAR,
-        };
+        let passage = pass(Passage::CLEAR, medium, &through, ray, distance, wall.is_none());
         Arrival { end, distance, passage, inside }
     }
 
@@ -142,7 +158,13 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn fly_through(&self, ray: &Ray, mut inside: Inside, mut draw: Draw) -> Arrival {
+    fn fly_through(
+        &self,
+        ray: &Ray,
+        mut inside: Inside,
+        mut draw: Draw,
+        mut tracker: Option<&mut Stream>,
+    ) -> Arrival {
         let dir = ray.dir;
         let mut passage = Passage::CLEAR;
         let mut segment = *ray;
@@ -151,24 +173,10 @@ impl Scene {
             let boundary = self.next_boundary(&segment);
             let limit = boundary.map_or(f32::INFINITY, |h| h.t);
             let medium = self.medium_within(&inside);
-            let mut collision = None;
-            // To the collision or to the boundary.
-            let mut flown = None;
-            if let Some(medium) = medium.filter(|m| m.scatters()) {
-                let (end, depth) = medium.fly(segment.origin, dir, limit, draw.channel, draw.depth);
-                flown = Some(depth);
-                match end {
-                    Ok(t) => collision = Some(t),
-                    Err(left) => draw.depth = left,
-                }
-            }
+            let Flown { collision, through } = fly_in(medium, &segment, limit, &mut draw, &mut tracker);
             let reach = collision.unwrap_or(limit * WALL_FIRST);
             let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
-            let through = |t: f32| match (medium, flown) {
-                (Some(_), Some(depth)) if wall.is_none() => passage.then(depth, true),
-                (Some(m), _) => passage.then(m.optical_depth(segment.origin, dir, 0.0, t), m.scatters()),
-                (None, _) => passage,
-            };
+            let through = |t: f32| pass(passage, medium, &through, &segment, t, wall.is_none());
             let arrive =
                 |end: End, t: f32| Arrival { end, distance: passed + t, passage: through(t), inside };
             match (wall, collision, boundary) {
@@ -239,9 +247,10 @@ impl Scene {
     }
 
     /// What the segment or half-line `ray`, which starts inside of the solids `inside`, lets through; `None` where
-    /// a surface is on it.
+    /// a surface is on it. With a `tracker` media are tracked that can be: the transmittance is an estimate, and survival is without
+    /// them.
     #[inline]
-    pub fn passage(&self, ray: &Ray, inside: Inside) -> Option<Passage> {
+    pub fn passage(&self, ray: &Ray, inside: Inside, mut tracker: Option<&mut Stream>) -> Option<Passage> {
         if self.geometry.occluded(ray) {
             return None;
         }
@@ -249,14 +258,9 @@ impl Scene {
             return Some(Passage::CLEAR);
         }
         if self.geometry.has_boundaries() {
-            return self.passage_through(ray, inside);
+            return self.passage_through(ray, inside, tracker);
         }
-        Some(match self.medium_within(&inside) {
-            Some(m) => {
-                Passage::CLEAR.then(m.optical_depth(ray.origin, ray.dir, 0.0, ray.t_max), m.scatters())
-            }
-            None => Passage::CLEAR,
-        })
+        Some(see_through(Passage::CLEAR, self.medium_within(&inside), ray, ray.t_max, &mut tracker))
     }
 
     /// [`Self::passage`] where it is known that [`Self::is_void`].
@@ -266,16 +270,18 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn passage_through(&self, ray: &Ray, mut inside: Inside) -> Option<Passage> {
+    fn passage_through(
+        &self,
+        ray: &Ray,
+        mut inside: Inside,
+        mut tracker: Option<&mut Stream>,
+    ) -> Option<Passage> {
         let mut passage = Passage::CLEAR;
         let mut segment = *ray;
         loop {
             let boundary = self.next_boundary(&segment);
             let length = boundary.map_or(segment.t_max, |h| h.t);
-            if let Some(m) = self.medium_within(&inside) {
-                passage =
-                    passage.then(m.optical_depth(segment.origin, segment.dir, 0.0, length), m.scatters());
-            }
+            passage = see_through(passage, self.medium_within(&inside), &segment, length, &mut tracker);
             let Some(hit) = boundary else { return Some(passage) };
             if !self.solids.is_passed(hit.point.shape, &inside) {
                 return None;
@@ -297,6 +303,69 @@ impl Scene {
             }
         });
         radiance
+    }
+}
+
+/// A flight along `ray` in `medium`, which ends at `limit`. What is left of `draw` is for what comes behind: depths have no
+/// memory, so that a medium that is tracked, with random numbers of its own, leaves it as it is.
+#[inline]
+fn fly_in(
+    medium: Option<&Medium>,
+    ray: &Ray,
+    limit: f32,
+    draw: &mut Draw,
+    tracker: &mut Option<&mut Stream>,
+) -> Flown {
+    let Some(medium) = medium.filter(|m| m.scatters()) else {
+        return Flown { collision: None, through: Through::Unknown };
+    };
+    if let Some(random) = tracker
+        && medium.is_tracked()
+    {
+        return Flown {
+            collision: medium.track(ray.origin, ray.dir, limit, random),
+            through: Through::Tracked,
+        };
+    }
+    let (end, depth) = medium.fly(ray.origin, ray.dir, limit, draw.channel, draw.depth);
+    if let Err(left) = end {
+        draw.depth = left;
+    }
+    Flown { collision: end.ok(), through: Through::Depth(depth) }
+}
+
+/// `passage`, and then `ray` through `medium` to `t`; `whole`: as far as `through` is about.
+#[inline]
+fn pass(
+    passage: Passage,
+    medium: Option<&Medium>,
+    through: &Through,
+    ray: &Ray,
+    t: f32,
+    whole: bool,
+) -> Passage {
+    match (medium, through) {
+        (None, _) | (_, Through::Tracked) => passage,
+        (Some(_), Through::Depth(depth)) if whole => passage.then(*depth, true),
+        (Some(m), _) => passage.then(m.optical_depth(ray.origin, ray.dir, 0.0, t), m.scatters()),
+    }
+}
+
+/// `passage`, and then what a shadow ray sees of `medium` up to `length`.
+#[inline]
+fn see_through(
+    passage: Passage,
+    medium: Option<&Medium>,
+    ray: &Ray,
+    length: f32,
+    tracker: &mut Option<&mut Stream>,
+) -> Passage {
+    match (medium, tracker) {
+        (None, _) => passage,
+        (Some(m), Some(random)) if m.is_tracked() => {
+            passage.then_tracked(m.ratio(ray.origin, ray.dir, length, random))
+        }
+        (Some(m), _) => passage.then(m.optical_depth(ray.origin, ray.dir, 0.0, length), m.scatters()),
     }
 }
 

@@ -108,8 +108,8 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
 
     /// See [`Scene::passage`].
     #[inline(always)]
-    fn passage(&self, ray: &Ray, inside: Inside) -> Option<Passage> {
-        if VOID { self.scene.passage_in_void(ray) } else { self.scene.passage(ray, inside) }
+    fn passage(&self, ray: &Ray, inside: Inside, tracker: Option<&mut Stream>) -> Option<Passage> {
+        if VOID { self.scene.passage_in_void(ray) } else { self.scene.passage(ray, inside, tracker) }
     }
 
     /// The trail of a camera subpath that is joined at `vertex`.
@@ -173,6 +173,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let (lights, geometry) = (&self.scene.lights, &self.scene.geometry);
         let select = random.next_1d();
         let u = random.next_2d();
+        let mut tracker = (!VOID && self.pass.tracks).then(|| random.fork());
         // After the draws: the lengths that count change no other random number.
         if !self.counts(vertex.length + 1) {
             return;
@@ -200,7 +201,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
             shadow_ray(position, place.normal(), light.point.p, light.point.surface_normal())
         };
         let inside = vertex.inside_toward(self.scene, light.dir);
-        let Some(passage) = self.passage(&ray, inside) else { return };
+        let Some(passage) = self.passage(&ray, inside, tracker.as_mut()) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;
@@ -273,7 +274,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         }
         let ray = shadow_ray(here, vertex.place.normal(), there, other.place.normal());
         let inside = vertex.inside_toward(self.scene, dir);
-        let Some(passage) = self.passage(&ray, inside) else { return };
+        let Some(passage) = self.passage(&ray, inside, None) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;

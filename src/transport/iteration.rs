@@ -50,7 +50,8 @@ impl<'a> Renderer<'a> {
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         settings.validate()?;
         let chosen = auto::resolve(scene, &settings);
-        let active = Settings { techniques: settings.techniques.without(chosen.left_out), ..settings };
+        let active =
+            Settings { techniques: settings.techniques.without(chosen.left_out), ..settings.with_tracking() };
         Ok(Self { scene, settings, active, chosen, chunks: Vec::new() })
     }
 

@@ -173,7 +173,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         } else {
             shadow_ray(lens + dir * skipped, None, self.light.p, self.light.surface_normal())
         };
-        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
+        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside, None) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;
@@ -214,7 +214,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
             return;
         }
         let ray = shadow_ray(lens + dir * skipped, None, position, vertex.place.normal());
-        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside) else { return };
+        let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside, None) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {
             return;

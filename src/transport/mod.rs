@@ -16,5 +16,5 @@ pub mod walk;
 
 pub use expression::{Expression, Label};
 pub use iteration::{IterationStats, Renderer};
-pub use settings::{Connections, Heuristic, Layers, LightStarts, Settings};
+pub use settings::{Connections, Heuristic, Layers, LightStarts, Settings, Tracking};
 pub use technique::{Technique, TechniqueSet};

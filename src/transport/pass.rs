@@ -33,6 +33,8 @@ pub struct Pass {
     pub thinning: Thinning,
     /// Which light a light subpath starts on.
     pub starts: Arc<Discrete>,
+    /// Whether media are tracked, see [`Settings::tracks`].
+    pub tracks: bool,
     /// Whether some technique that is on has a beam.
     pub beams: bool,
     /// Whether some technique that is on has a camera beam.
@@ -70,6 +72,7 @@ impl Pass {
             partners,
             thinning,
             starts,
+            tracks: settings.tracks(),
             beams,
             camera_beams,
         }
@@ -85,6 +88,11 @@ impl Pass {
     #[inline]
     pub fn on(&self, technique: Technique) -> bool {
         self.settings.techniques.has(technique)
+    }
+
+    /// Whether a medium is tracked: flights and shadow rays have it as clear in their densities.
+    pub fn is_tracked(&self, medium: &Medium) -> bool {
+        self.tracks && medium.is_tracked()
     }
 
     /// g of a place: the share with which it is connected.

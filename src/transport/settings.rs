@@ -6,6 +6,7 @@ use super::merge::{MERGES, MergeSettings, PathCount, Radius, auto};
 use super::technique::{Technique, TechniqueSet};
 use super::thinning::Thinning;
 use crate::error::{Error, Result};
+use crate::medium::Medium;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,21 @@ pub enum LightStarts {
     Each([f32; MOST_LIGHTS]),
 }
 
+/// How flights and shadow rays go through media on grids whose extinction is grey (see [`crate::medium::Medium::is_tracked`]); all other
+/// media are exact in any case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tracking {
+    /// Delta where the techniques are hits and next-event estimation alone, else exact.
+    #[default]
+    Auto,
+    /// By their optical depths, cell by cell.
+    Exact,
+    /// Flights by delta tracking [Woodcock et al. 1965] and shadow rays by ratio tracking [Novák et al. 2014], with the largest
+    /// extinction of each block of the grid. The transmittance of such media is in no density that weights are made of.
+    Delta,
+}
+
 /// Which images are kept beside the combined one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -72,6 +88,8 @@ pub struct Settings {
     pub connections: Connections,
     /// Which lights light subpaths start on; default by power.
     pub light_starts: LightStarts,
+    /// How media on grids are gone through; default auto.
+    pub tracking: Tracking,
     /// How merges are made.
     pub merging: MergeSettings,
     /// Shortest path that counts, in segments; default 1 (light that is seen directly).
@@ -100,6 +118,7 @@ impl Settings {
             heuristic: Heuristic::Balance,
             connections: Connections::default(),
             light_starts: LightStarts::default(),
+            tracking: Tracking::default(),
             merging: MergeSettings::default(),
             min_length: 1,
             max_length: 64,
@@ -132,7 +151,42 @@ impl Settings {
                 "the power heuristic's exponent is {beta}: it must be positive and at most 8"
             )));
         }
+        self.check_tracking()?;
         self.merging.validate(self.techniques)
+    }
+
+    /// # Errors
+    /// Delta tracking with techniques that it cannot have.
+    pub fn check_tracking(&self) -> Result<()> {
+        let forbidding = self.techniques.without(TechniqueSet::tracked());
+        if self.tracking == Tracking::Delta && !forbidding.is_empty() {
+            let names: Vec<&str> = forbidding.iter().map(|t| t.info().key).collect();
+            return Err(Error::usage(format!(
+                "tracking by `delta` is for hit and nee alone: {} must know the density of a flight from its far end",
+                names.join(", ")
+            )));
+        }
+        Ok(())
+    }
+
+    /// Whether media are tracked, where they can be: what `auto` comes to.
+    pub fn tracks(&self) -> bool {
+        match self.tracking {
+            Tracking::Auto => self.techniques.without(TechniqueSet::tracked()).is_empty(),
+            Tracking::Exact => false,
+            Tracking::Delta => true,
+        }
+    }
+
+    /// [`Self::with_tracking`], and exact where there is nothing to track: all is the same then.
+    pub fn with_tracking_in(self, scene: &Scene) -> Self {
+        let tracks = self.tracks() && scene.media.iter().any(Medium::is_tracked);
+        Self { tracking: if tracks { Tracking::Delta } else { Tracking::Exact }, ..self }
+    }
+
+    /// These settings with the choice of `auto` made, by all techniques that were asked for.
+    pub fn with_tracking(self) -> Self {
+        Self { tracking: if self.tracks() { Tracking::Delta } else { Tracking::Exact }, ..self }
     }
 
     /// # Errors
@@ -156,7 +210,7 @@ impl Settings {
     /// These settings with all that is chosen from the scene as a number, where it was left open: a render with them is the same, without
     /// a pilot.
     pub fn pinned(&self, scene: &Scene) -> Self {
-        let mut pinned = *self;
+        let mut pinned = self.with_tracking_in(scene);
         let chosen = auto::resolve(scene, self);
         for (i, technique) in MERGES.into_iter().enumerate().filter(|(_, t)| self.techniques.has(*t)) {
             let now = chosen.gathers.of(technique);

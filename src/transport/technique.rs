@@ -222,6 +222,12 @@ impl TechniqueSet {
         Self(Technique::all().filter(|t| !MERGES.contains(t)).fold(0, |bits, t| bits | 1 << t.index()))
     }
 
+    /// Those that ask for no density of a flight from its far end, so that media may be tracked
+    /// ([`super::settings::Tracking::Delta`]): neither needs a light subpath.
+    pub fn tracked() -> Self {
+        Self::of(&[Technique::Hit, Technique::NextEvent])
+    }
+
     /// Every set of connections that is not empty.
     pub fn connections() -> impl Iterator<Item = Self> {
         Self::subsets().filter(|s| !s.merges())

@@ -119,7 +119,7 @@ fn stops(settings: &Settings) -> bool {
 
 /// g of each medium.
 fn shares(scene: &Scene, settings: &Settings) -> Vec<f32> {
-    let alone = Settings { techniques: TechniqueSet::of(&[Technique::Hit]), ..*settings };
+    let alone = Settings { techniques: TechniqueSet::of(&[Technique::Hit]), ..settings.with_tracking() };
     let starts = scene.lights.by_power().clone();
     let pass = Pass::new(alone, PILOT, Gathers::default(), 0, Thinning::default(), starts);
     let mut counter = Counter { now: vec![0; scene.media.len()], sums: vec![[0.0; 2]; scene.media.len()] };

@@ -282,7 +282,7 @@ pub fn walk<const VOID: bool, V: Visitor>(
         let arrival = if VOID {
             scene.fly_in_void(&flight.ray, flight.inside)
         } else {
-            scene.fly(&flight.ray, flight.inside, random)
+            scene.fly(&flight.ray, flight.inside, pass.tracks, random)
         };
         visitor.flown(&flight, &arrival);
         let place = match arrival.end {

@@ -15,7 +15,7 @@ use tyndall::scene::{Scene, Traits};
 use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, MergeSettings};
 use tyndall::transport::technique::PRESETS;
-use tyndall::transport::{Connections, Heuristic, Settings, Technique, TechniqueSet};
+use tyndall::transport::{Connections, Heuristic, Settings, Technique, TechniqueSet, Tracking};
 
 /// Every preset that connects, and every single technique, either heuristic.
 #[test]
@@ -106,8 +106,14 @@ fn a_constant_grid_is_a_homogeneous_medium() {
             let techniques = TechniqueSet::of(preset.techniques);
             // Thinning and what a merge finds hang on every path of a pilot or of an iteration.
             let connections = Connections::All;
-            let settings =
-                Settings { max_length: 6, seed: 5, merging, connections, ..Settings::new(techniques) };
+            let settings = Settings {
+                max_length: 6,
+                seed: 5,
+                merging,
+                connections,
+                tracking: Tracking::Exact,
+                ..Settings::new(techniques)
+            };
             let picture = |scene: &Scene| render(scene, &settings, 2).image();
             let media: Vec<Medium> =
                 scene.media.iter().enumerate().map(|(m, medium)| as_grid(medium, (i + m) % 4)).collect();

@@ -32,6 +32,7 @@ mod radiative;
 mod rare;
 mod scenes;
 mod specular;
+mod tracking;
 mod visibility;
 mod weights;
 

@@ -18,7 +18,7 @@ pub enum Interpolation {
     Constant,
 }
 
-/// Cells along the side of a block that is skipped where it is empty.
+/// Cells along the side of a block, of which the largest value is known.
 pub(super) const BLOCK: f32 = 8.0;
 /// Values along the side of a brick, and of a brick of bricks: a line of a cache has a layer of the former, and the latter is four
 /// pages of memory.
@@ -36,13 +36,16 @@ pub struct Lattice<T> {
     values: Box<[T]>,
     /// By axis and cell, where its values begin: the place of a value is the sum over the axes. One more than cells.
     places: [Box<[u32]>; 3],
-    /// By block, whether anything is in it.
-    occupied: Box<[bool]>,
+    /// By block, what none of the values in it is above; 0 where nothing is in it.
+    majorants: Box<[f32]>,
     /// The last cell.
     pub(super) last: Vec3A,
     /// The last block, and how blocks are counted.
     pub(super) last_block: Vec3A,
 }
+
+/// By so much a mean may be above the largest of what it is of: weights and sums are rounded.
+const ROUNDED_UP: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// Bytes that are near in any case.
 const CACHED: usize = 1 << 20;
@@ -156,32 +159,35 @@ impl<T: Texel> Lattice<T> {
             interpolation,
             values: values.into(),
             places,
-            occupied: Box::new([]),
+            majorants: Box::new([]),
             last,
             last_block,
         };
-        lattice.occupied = lattice.find_occupied();
+        lattice.majorants = lattice.find_majorants();
         lattice
     }
 
-    fn find_occupied(&self) -> Box<[bool]> {
+    fn find_majorants(&self) -> Box<[f32]> {
         let blocks = (self.last_block + 1.0).to_array().map(|n| n as usize);
-        let mut occupied = vec![false; blocks[0] * blocks[1] * blocks[2]];
         let side = BLOCK as usize;
         // A cell's corners are two on an axis; a voxel's value is one.
         let more = usize::from(self.interpolation == Interpolation::Trilinear);
-        for (i, occupied) in occupied.iter_mut().enumerate() {
-            let block = [i % blocks[0], i / blocks[0] % blocks[1], i / blocks[0] / blocks[1]];
-            let range = |axis: usize| {
-                let places = &self.places[axis];
-                &places[(block[axis] * side).min(places.len() - 1)
-                    ..((block[axis] + 1) * side + more).min(places.len())]
-            };
-            *occupied = range(2).iter().any(|z| {
-                range(1).iter().any(|y| range(0).iter().any(|x| self.at(*x + *y + *z).largest() > 0.0))
-            });
-        }
-        occupied.into()
+        let range = |axis: usize, block: usize| {
+            let places = &self.places[axis];
+            &places[(block * side).min(places.len() - 1)..((block + 1) * side + more).min(places.len())]
+        };
+        let largest = |i: usize| {
+            let mut largest = 0f32;
+            for z in range(2, i / blocks[0] / blocks[1]) {
+                for y in range(1, i / blocks[0] % blocks[1]) {
+                    for x in range(0, i % blocks[0]) {
+                        largest = largest.max(self.at(*x + *y + *z).largest());
+                    }
+                }
+            }
+            largest * ROUNDED_UP
+        };
+        (0..blocks[0] * blocks[1] * blocks[2]).map(largest).collect()
     }
 
     #[inline(always)]
@@ -202,7 +208,7 @@ impl<T: Texel> Lattice<T> {
     /// Bytes that the grid takes.
     pub fn bytes(&self) -> usize {
         let places: usize = self.places.iter().map(|p| p.len() * size_of::<u32>()).sum();
-        self.values.len() * size_of::<T>() + places + self.occupied.len()
+        self.values.len() * size_of::<T>() + places + size_of_val(&*self.majorants)
     }
 
     /// All values, in no order.
@@ -211,6 +217,11 @@ impl<T: Texel> Lattice<T> {
         let first = usize::from(self.interpolation == Interpolation::Trilinear);
         let [x, y, z] = std::array::from_fn(|axis| &self.places[axis][first..first + n[axis]]);
         z.iter().flat_map(move |z| y.iter().flat_map(move |y| x.iter().map(move |x| self.at(*x + *y + *z))))
+    }
+
+    /// The largest of all values, with what rounding may add to it.
+    pub fn largest(&self) -> f32 {
+        self.majorants.iter().copied().fold(0.0, f32::max)
     }
 
     /// The corners of the box in lattice coordinates.
@@ -223,11 +234,11 @@ impl<T: Texel> Lattice<T> {
     }
 
     #[inline(always)]
-    pub(super) fn is_occupied(&self, block: Vec3A) -> bool {
+    pub(super) fn majorant(&self, block: Vec3A) -> f32 {
         let n = self.last_block + 1.0;
         // Whole numbers well below 2²⁴ along an axis; the sum may be above.
         let [x, y, z] = block.to_array().map(|b| b as usize);
-        self.occupied[x + n.x as usize * (y + n.y as usize * z)]
+        self.majorants[x + n.x as usize * (y + n.y as usize * z)]
     }
 
     /// Asks for the values of the cell that holds the point `p`, which a ray will come to. Grids that a cache holds do

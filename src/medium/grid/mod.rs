@@ -10,12 +10,14 @@
 //! It is inverted by Newton's method within a bracket.
 //!
 //! Cells are crossed one by one [Amanatides & Woo 1987], and blocks of 8³ of them at once where they hold nothing but
-//! zeros. Values are stored in bricks of 4³ within bricks
+//! zeros. Of each block the largest value is known as well: [`Placed::track`] and [`Placed::ratio`] sample by it what the integral is
+//! otherwise computed for. Values are stored in bricks of 4³ within bricks
 //! of 16³, so that a ray in any direction finds neighbours in the same lines of the cache and pages of memory.
 
 mod lattice;
 mod placed;
 mod texel;
+mod track;
 mod traverse;
 
 pub use lattice::{Interpolation, Lattice};

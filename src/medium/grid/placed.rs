@@ -17,7 +17,7 @@ const STEPS: usize = 40;
 /// A grid and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed<T> {
-    lattice: Lattice<T>,
+    pub(super) lattice: Lattice<T>,
     /// From the world to lattice coordinates.
     to_lattice: DAffine3,
     /// From the box, as the unit cube, to the world.
@@ -96,11 +96,18 @@ impl<T: Texel> Placed<T> {
     }
 
     #[inline]
-    fn span(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Option<Span> {
+    pub(super) fn span(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Option<Span> {
         let (t0, t1) = (f64::from(t0), f64::from(t1));
         let origin = self.to_lattice.transform_point3(origin.as_dvec3());
         let dir = self.to_lattice.transform_vector3(dir.as_dvec3());
         Span::new(origin, dir, t0, t1, self.lattice.bounds())
+    }
+
+    /// The longest edge of a voxel in the world (metres).
+    pub fn longest(&self) -> f64 {
+        let size = self.lattice.size().as_dvec3();
+        let m = self.from_unit.matrix3;
+        (m.x_axis.length() / size.x).max(m.y_axis.length() / size.y).max(m.z_axis.length() / size.z)
     }
 
     /// Where the stretch `t0`..`t1` of `origin` + t·`dir` is in the box.

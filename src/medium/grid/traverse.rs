@@ -82,6 +82,33 @@ impl Span {
         lattice: &Lattice<T>,
         mut visit: impl FnMut(Vec3A, f32, f32) -> ControlFlow<()>,
     ) {
+        self.blocks(lattice, |block, _, from, exit| {
+            let mut cell = block.cell(self, from);
+            let mut s = from;
+            loop {
+                let planes = self.planes(cell + self.ahead);
+                let next = planes.min_element().min(exit);
+                if next > s {
+                    lattice.ask_for(self.base + self.dir * (s + self.soon));
+                    visit(cell, s, next)?;
+                    s = next;
+                }
+                if next >= exit {
+                    return ControlFlow::Continue(());
+                }
+                cell += Vec3A::select(planes.cmple(Vec3A::splat(next)), self.step, Vec3A::ZERO);
+            }
+        });
+    }
+
+    /// Shows `visit` each block that the ray crosses and that anything is in, with its majorant and the distances from
+    /// the base between which the ray is in it.
+    #[inline(always)]
+    pub fn blocks<T: Texel>(
+        &self,
+        lattice: &Lattice<T>,
+        mut visit: impl FnMut(Block, f32, f32, f32) -> ControlFlow<()>,
+    ) {
         let (last, last_block) = (lattice.last, lattice.last_block);
         let mut block = (self.base * (1.0 / BLOCK)).floor().clamp(Vec3A::ZERO, last_block);
         let mut s = 0.0f32;
@@ -90,24 +117,12 @@ impl Span {
             let planes = self.planes(((block + self.ahead) * BLOCK).min(last + 1.0));
             let exit = planes.min_element().min(self.end);
             if exit > s {
-                if lattice.is_occupied(block) {
+                let majorant = lattice.majorant(block);
+                if majorant > 0.0 {
                     let low = block * BLOCK;
-                    let mut cell =
-                        (self.base + self.dir * s).floor().clamp(low, (low + (BLOCK - 1.0)).min(last));
-                    loop {
-                        let planes = self.planes(cell + self.ahead);
-                        let next = planes.min_element().min(exit);
-                        if next > s {
-                            lattice.ask_for(self.base + self.dir * (s + self.soon));
-                            if visit(cell, s, next).is_break() {
-                                return;
-                            }
-                            s = next;
-                        }
-                        if next >= exit {
-                            break;
-                        }
-                        cell += Vec3A::select(planes.cmple(Vec3A::splat(next)), self.step, Vec3A::ZERO);
+                    let block = Block { low, high: (low + (BLOCK - 1.0)).min(last) };
+                    if visit(block, majorant, s, exit).is_break() {
+                        return;
                     }
                 }
                 s = exit;
@@ -120,5 +135,20 @@ impl Span {
                 return;
             }
         }
+    }
+}
+
+/// Its first and last cells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    low: Vec3A,
+    high: Vec3A,
+}
+
+impl Block {
+    /// The cell of it that holds the point at `s` of a span that is in it there.
+    #[inline(always)]
+    pub fn cell(&self, span: &Span, s: f32) -> Vec3A {
+        (span.base + span.dir * s).floor().clamp(self.low, self.high)
     }
 }

@@ -4,6 +4,7 @@ mod free_flight;
 mod grid;
 mod height;
 mod homogeneous;
+mod majorants;
 mod phase;
 mod tracking;
 mod varying;

@@ -94,8 +94,9 @@ fn a_segment_lets_through_what_its_stretches_do() {
         let at = |t: f64| Vec3A::new(0.0, 0.0, (3.0 - t) as f32);
         let inside = scene.solids.at(&scene.geometry, at(a));
         let (dir, length) = (at(b) - at(a)).normalize_and_length();
-        let got =
-            scene.passage(&Ray { t_max: length, ..Ray::new(at(a), dir) }, inside).expect("nothing between");
+        let got = scene
+            .passage(&Ray { t_max: length, ..Ray::new(at(a), dir) }, inside, None)
+            .expect("nothing between");
         let (near, far) = (passed(a.min(b)), passed(a.max(b)));
         for c in 0..3 {
             for (got, expected) in
@@ -106,7 +107,7 @@ fn a_segment_lets_through_what_its_stretches_do() {
         }
     }
     let behind = Ray { t_max: 9.0, ..axis() };
-    assert!(scene.passage(&behind, Inside::NOTHING).is_none(), "the lamp is in the way");
+    assert!(scene.passage(&behind, Inside::NOTHING, None).is_none(), "the lamp is in the way");
     for _ in 0..500 {
         let u = random.next_2d() - 0.5;
         let origin = Vec3A::new(u.x, u.y, 2.5);
@@ -119,8 +120,9 @@ fn a_segment_lets_through_what_its_stretches_do() {
                 product *= (-medium.optical_depth(stretch.origin, dir, 0.0, t)).exp();
             }
         });
-        let got =
-            scene.passage(&Ray { t_max: length, ..Ray::new(origin, dir) }, Inside::NOTHING).expect("clear");
+        let got = scene
+            .passage(&Ray { t_max: length, ..Ray::new(origin, dir) }, Inside::NOTHING, None)
+            .expect("clear");
         assert!((got.transmittance - product).abs().max_element() < 1e-5, "{got:?}, not {product}");
     }
 }
@@ -135,7 +137,7 @@ fn flights_end_as_their_free_flight_factor_says() {
     let mut random = stream(4);
     let mut counts = [0.0; BINS + 1];
     for i in 0..FLIGHTS {
-        let arrival = scene.fly(&axis(), Inside::NOTHING, &mut random);
+        let arrival = scene.fly(&axis(), Inside::NOTHING, false, &mut random);
         let t = f64::from(arrival.distance);
         let bin = match arrival.end {
             End::Collision(collision) => {
@@ -171,7 +173,7 @@ fn what_only_absorbs_draws_nothing() {
     }
     scene.traits = crate::scene::Traits::of(&scene.media);
     let (mut random, mut untouched) = (stream(5), stream(5));
-    let arrival = scene.fly(&axis(), Inside::NOTHING, &mut random);
+    let arrival = scene.fly(&axis(), Inside::NOTHING, false, &mut random);
     assert!(matches!(arrival.end, End::Surface(_)));
     assert_eq!(arrival.passage.survival, Rgb::ONE);
     assert!((f64::from(arrival.passage.transmittance.x) - (-0.3f64 * 4.0).exp()).abs() < 1e-6);

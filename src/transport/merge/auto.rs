@@ -100,7 +100,7 @@ pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
             PathCount::Auto => pixels,
         };
     }
-    let active = Settings { techniques: settings.active(), ..*settings };
+    let active = Settings { techniques: settings.active(), ..settings.with_tracking() };
     let pilots = |starts: &Arc<Discrete>, first: u64, chosen: &Chosen| -> Vec<Pilot> {
         let run = |n| Pilot::run(scene, &active, &chosen.thinning, starts, &chosen.gathers, n);
         (first..first + PILOTS).map(run).collect()
@@ -170,6 +170,7 @@ fn footprint(scene: &Scene) -> Option<f32> {
         let arrival = scene.fly(
             &Ray::new(ray.origin + ray.dir * camera.skipped(ray.dir), ray.dir),
             scene.camera_inside,
+            false,
             &mut random,
         );
         if !matches!(arrival.end, End::Open) {
