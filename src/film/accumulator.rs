@@ -176,6 +176,7 @@ impl Film {
                     squares,
                     outliers,
                     splats,
+                    splatted: false,
                     gathered: [[0.0; 3]; Technique::COUNT],
                     dropped: Dropped::default(),
                 };
@@ -292,6 +293,8 @@ pub struct Band<'a> {
     outliers: &'a mut [Outlier],
     /// Splats on pixels that are not settled yet; black before and after an iteration.
     splats: &'a mut [[f64; 3]],
+    /// Whether there are any.
+    splatted: bool,
     /// What the pixel that is being traced got, by technique: most samples fall on one pixel after the other, and are
     /// added up here, where the processor has them at hand. Black between pixels.
     gathered: [[f64; 3]; Technique::COUNT],
@@ -320,6 +323,7 @@ impl Band<'_> {
         let layers = self.layout.has_layers();
         let mut coming = splats.clone().skip(AHEAD);
         for splat in splats {
+            self.splatted = true;
             if let Some(next) = coming.next() {
                 let (pixel, sample) = next.sample();
                 prefetch(self.splats, pixel);
@@ -357,9 +361,11 @@ impl Band<'_> {
     /// come to in all to its variance. Once a pixel and iteration, as its part of the film comes by once then.
     #[inline]
     pub fn settle(&mut self, pixel: usize) {
-        let splats = std::mem::take(&mut self.splats[pixel]);
-        let lens = &mut self.gathered[Technique::Lens.index()];
-        (0..3).for_each(|c| lens[c] += splats[c]);
+        if self.splatted {
+            let splats = std::mem::take(&mut self.splats[pixel]);
+            let lens = &mut self.gathered[Technique::Lens.index()];
+            (0..3).for_each(|c| lens[c] += splats[c]);
+        }
         let mut whole = [0.0; 3];
         for (technique, sum) in self.layout.order().iter().zip(self.sums.of_pixel(pixel)) {
             let gathered = std::mem::take(&mut self.gathered[usize::from(*technique)]);
@@ -380,6 +386,9 @@ impl Band<'_> {
     /// Settles the pixels with splats that no camera subpath was traced for.
     fn settle_splats(&mut self) {
         debug_assert!(self.gathered.as_flattened().iter().all(|v| *v == 0.0), "all pixels are settled");
+        if !self.splatted {
+            return;
+        }
         for pixel in 0..self.splats.len() {
             if self.splats[pixel] != [0.0; 3] {
                 self.settle(pixel);
