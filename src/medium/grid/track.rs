@@ -38,6 +38,34 @@ impl Placed<f32> {
         }
     }
 
+    /// Shows `visit` the points that are strewn over a span, if the extinction is `sigma` times the value, until it breaks off: where, the
+    /// value there, the largest of its block, and a uniform.
+    #[inline(always)]
+    fn strew(
+        &self,
+        span: &Span,
+        sigma: f32,
+        random: &mut Stream,
+        mut visit: impl FnMut(f32, f32, f32, f32) -> ControlFlow<()>,
+    ) {
+        let (mut left, mut uniform) = draw(random);
+        span.blocks(&self.lattice, |block, majorant, from, to| {
+            let most = sigma * majorant;
+            let mut s = from;
+            loop {
+                let next = s + left / most;
+                // Also where there is nothing to divide by.
+                if next >= to || next.is_nan() {
+                    left = (left - (to - s) * most).max(0.0);
+                    return ControlFlow::Continue(());
+                }
+                s = next;
+                visit(s, self.value_at(span, &block, s), majorant, uniform)?;
+                (left, uniform) = draw(random);
+            }
+        });
+    }
+
     /// Where on `origin` + t·`dir`, t0 < t < t1, the next collision is, if the extinction is `sigma` times the value; none where the
     /// stretch ends before. `t1` may be infinite.
     #[inline]
@@ -51,24 +79,12 @@ impl Placed<f32> {
     ) -> Option<f32> {
         let span = self.span(origin, dir, t0, t1)?;
         let mut found = None;
-        let (mut left, mut share) = draw(random);
-        span.blocks(&self.lattice, |block, majorant, from, to| {
-            let most = sigma * majorant;
-            let mut s = from;
-            loop {
-                let next = s + left / most;
-                // Also where there is nothing to divide by.
-                if next >= to || next.is_nan() {
-                    left = (left - (to - s) * most).max(0.0);
-                    return ControlFlow::Continue(());
-                }
-                s = next;
-                if share * majorant < self.value_at(&span, &block, s) {
-                    found = Some(s);
-                    return ControlFlow::Break(());
-                }
-                (left, share) = draw(random);
+        self.strew(&span, sigma, random, |s, value, majorant, uniform| {
+            if uniform * majorant < value {
+                found = Some(s);
+                return ControlFlow::Break(());
             }
+            ControlFlow::Continue(())
         });
         // Never out of the stretch.
         found.map(|s| ((span.start + f64::from(s)) as f32).max(t0).min(t1.next_down()))
@@ -86,27 +102,16 @@ impl Placed<f32> {
     ) -> f32 {
         let Some(span) = self.span(origin, dir, t0, t1) else { return 1.0 };
         let mut passed = 1.0;
-        let (mut left, mut share) = draw(random);
-        span.blocks(&self.lattice, |block, majorant, from, to| {
-            let most = sigma * majorant;
-            let mut s = from;
-            loop {
-                let next = s + left / most;
-                if next >= to || next.is_nan() {
-                    left = (left - (to - s) * most).max(0.0);
-                    return ControlFlow::Continue(());
+        self.strew(&span, sigma, random, |_, value, majorant, uniform| {
+            passed *= 1.0 - value / majorant;
+            if passed < FAINT {
+                if uniform * FAINT >= passed {
+                    passed = 0.0;
+                    return ControlFlow::Break(());
                 }
-                s = next;
-                passed *= 1.0 - self.value_at(&span, &block, s) / majorant;
-                if passed < FAINT {
-                    if share * FAINT >= passed {
-                        passed = 0.0;
-                        return ControlFlow::Break(());
-                    }
-                    passed = FAINT;
-                }
-                (left, share) = draw(random);
+                passed = FAINT;
             }
+            ControlFlow::Continue(())
         });
         passed
     }
