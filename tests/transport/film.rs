@@ -1,6 +1,5 @@
 //! The film against sums made here, sample by sample, from single subpaths: which pixel, which partner, which layer.
 
-use crate::collect::pass;
 use crate::measure::render;
 use crate::scenes;
 use glam::UVec2;
@@ -78,13 +77,14 @@ impl Expected {
 /// All subpaths of the full frame, one by one; a pixel's partner is the light subpath of the pixel's number.
 fn expect(scene: &Scene, settings: &Settings) -> Expected {
     let mut expected = Expected::default();
+    let renderer = Renderer::new(scene, *settings).expect("sensible");
     for iteration in 0..ITERATIONS {
+        let pass = renderer.pass(iteration);
         expected.frames.push(vec![[0.0; 3]; pixels()]);
         for index in 0..SIZE[0] * SIZE[1] {
             let pixel = UVec2::new(index % SIZE[0], index / SIZE[0]);
             let mut falls = Falls { pixel, samples: Vec::new() };
             let mut store = Stored::default();
-            let pass = pass(scene, settings, iteration);
             light_path::trace(scene, &pass, index.into(), &mut store, &mut falls);
             let partners = Partners { vertices: &store.vertices, photons: None };
             camera_path::trace(scene, &pass, pixel, partners, &mut falls);
@@ -159,12 +159,14 @@ fn an_iteration_says_what_it_did() {
     let scene = scene();
     let settings = Settings { max_length: 6, ..Settings::new(TechniqueSet::of_connections()) };
     let mut film = Film::new(&scene.camera, &settings);
-    let stats = Renderer::new(&scene, settings).expect("sensible").iteration(7, &mut film);
+    let mut renderer = Renderer::new(&scene, settings).expect("sensible");
+    let stats = renderer.iteration(7, &mut film);
+    let pass = renderer.pass(7);
     let mut vertices = 0;
     for index in 0..SIZE[0] * SIZE[1] {
         let mut falls = Falls { pixel: UVec2::ZERO, samples: Vec::new() };
         let mut store = Stored::default();
-        light_path::trace(&scene, &pass(&scene, &settings, 7), index.into(), &mut store, &mut falls);
+        light_path::trace(&scene, &pass, index.into(), &mut store, &mut falls);
         vertices += store.vertices.len() as u64;
     }
     assert_eq!(stats.light_paths, u64::from(SIZE[0] * SIZE[1]), "those of the full frame");
