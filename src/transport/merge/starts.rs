@@ -127,12 +127,12 @@ fn gains(evidence: &Evidence, counts: &Counts, before: &[f64], shares: &[f64]) -
         let Density { without, started, reached } = judged.density(counts);
         let [square, products] = judged.moment.terms(counts, reached);
         let p = before[judged.light];
-        if !(p > 0.0) {
+        if p <= 0.0 {
             continue;
         }
         let times = shares[judged.light] / p;
         let density = without + started * times;
-        if !(density > 0.0) {
+        if density.is_nan() || density <= 0.0 {
             continue;
         }
         let (d2, d3) = (density * density, density * density * density);
