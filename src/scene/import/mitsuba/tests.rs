@@ -1,5 +1,6 @@
 use super::*;
 use crate::scene::file::{Overrides, load};
+use glam::{DMat3, DVec3};
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/>\
      <film type='hdrfilm'><integer name='width' value='8'/><integer name='height' value='4'/><rfilter type='box'/></film></sensor>";
@@ -125,4 +126,22 @@ fn parameters_are_filled_in_and_files_are_included() {
     let text = imported.source.text();
     assert!(text.contains("radius = 2.5"), "the first default stands: {text}");
     assert_eq!(imported.files.len(), 2);
+}
+
+/// Numbers that Mitsuba 3.9.1 gives for the axis (0.3, 1, 0), which is not of unit length, and 35°.
+#[test]
+fn axes_are_taken_as_they_are() {
+    let turned = super::values::turn(DVec3::new(0.3, 1.0, 0.0), 35f64.to_radians());
+    let expected = [
+        [0.835_428_36, 0.054_254_39, 0.573_576_45],
+        [0.054_254_39, 1.0, -0.172_072_95],
+        [-0.573_576_45, 0.172_072_95, 0.819_152_06],
+    ];
+    for (row, numbers) in expected.iter().enumerate() {
+        for (column, number) in numbers.iter().enumerate() {
+            assert!((turned.col(column)[row] - number).abs() < 1e-6, "{turned:?}");
+        }
+    }
+    let unit = super::values::turn(DVec3::new(0.6, 0.0, 0.8), 1.2);
+    assert!(unit.abs_diff_eq(DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.2), 1e-12));
 }

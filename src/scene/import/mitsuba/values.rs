@@ -148,9 +148,11 @@ impl Element {
             }
             "rotate" => {
                 let angle = one(self, self.required("angle")?)?;
-                let axis = self.triple(0.0)?.try_normalize();
-                let axis = axis.ok_or_else(|| self.error("the rotation's axis has no length"))?;
-                Ok(DAffine3::from_axis_angle(axis, angle.to_radians()))
+                let axis = self.triple(0.0)?;
+                if axis.try_normalize().is_none() {
+                    return Err(self.error("the rotation's axis has no length"));
+                }
+                Ok(DAffine3::from_mat3(turn(axis, angle.to_radians())))
             }
             "matrix" => {
                 let list = numbers(self, self.required("value")?)?;
@@ -185,4 +187,13 @@ impl Element {
             tag => Err(self.error(format!("<{tag}> is no step of a transform"))),
         }
     }
+}
+
+/// Rodrigues' formula with the axis as it is. Mitsuba does not bring it to unit length either, and so stretches what it
+/// turns about an axis of another.
+pub(super) fn turn(axis: DVec3, angle: f64) -> DMat3 {
+    let (sin, cos) = angle.sin_cos();
+    let along = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    let across = DMat3::from_cols(axis.cross(DVec3::X), axis.cross(DVec3::Y), axis.cross(DVec3::Z));
+    DMat3::from_diagonal(DVec3::splat(cos)) + across * sin + along * (1.0 - cos)
 }
