@@ -97,26 +97,6 @@ pub enum HeuristicDef {
     Power,
 }
 
-/// What light subpaths start on lights by.
-#[derive(Deserialize, Clone, Copy, Debug, PartialEq, Eq, Default)]
-#[serde(rename_all = "lowercase")]
-pub enum LightStartsDef {
-    /// The lights' powers.
-    #[default]
-    Power,
-    /// What they bring to the image, as a pilot sees it.
-    Pilot,
-}
-
-impl From<LightStartsDef> for LightStarts {
-    fn from(def: LightStartsDef) -> Self {
-        match def {
-            LightStartsDef::Power => Self::Power,
-            LightStartsDef::Pilot => Self::Pilot,
-        }
-    }
-}
-
 /// `[[scene]]`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -186,7 +166,7 @@ pub struct EstimatorDef {
     pub connections: Option<Connections>,
     /// `power` or `pilot`: whether light subpaths start on lights by the lights' powers, or by what a pilot sees them bring to the image;
     /// default `power`.
-    pub light_starts: Option<LightStartsDef>,
+    pub light_starts: Option<LightStarts>,
     /// `auto`, `exact` or `delta`: how flights and shadow rays go through media on grids whose extinction is grey; `delta`, which is delta
     /// and ratio tracking, takes no other techniques than `hit` and `nee`, and `auto`, the default, is `delta` for these.
     pub tracking: Option<Spanned<Tracking>>,

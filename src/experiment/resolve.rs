@@ -180,7 +180,7 @@ impl Resolver<'_> {
             techniques,
             heuristic: self.heuristic(def)?,
             connections: def.connections.unwrap_or_default(),
-            light_starts: def.light_starts.unwrap_or_default().into(),
+            light_starts: def.light_starts.unwrap_or_default(),
             tracking: self.tracking(&def.tracking, techniques)?,
             merging: self.merging(&def.merge, &def.preset, techniques)?,
             lengths: Lengths { min: count(&def.min_length), max: count(&def.max_length) },

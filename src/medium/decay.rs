@@ -33,7 +33,7 @@ pub(super) fn decay(depth: Rgb) -> Rgb {
 
 /// −ln(passed) for 0 < passed < 1, to the precision of f32: the optical depth beyond which the share `passed` gets.
 #[inline]
-pub(super) fn depth_of(passed: f64) -> f32 {
+fn depth_of(passed: f64) -> f32 {
     use std::f64::consts::{FRAC_1_SQRT_2, LN_2};
     // passed = 2ⁿ m with √½ <= m < √2.
     let bits = passed.to_bits();
@@ -44,6 +44,16 @@ pub(super) fn depth_of(passed: f64) -> f32 {
     let z = s * s;
     let series = 1.0 + z * (1.0 / 3.0 + z * (1.0 / 5.0 + z * (1.0 / 7.0 + z * (1.0 / 9.0))));
     -(n as f64 * LN_2 + 2.0 * s * series) as f32
+}
+
+/// Half the distance of two uniforms.
+const HALF_STEP: f64 = 0.5 / (1u32 << 24) as f64;
+
+/// The optical depth to a collision, of a uniform in [0, 1); above 0.
+#[inline]
+pub(super) fn drawn_depth(u: f32) -> f32 {
+    // The middle of the uniform's step, so that the depth is neither 0 nor infinite; in f64 it is exact.
+    depth_of(1.0 - (f64::from(u) + HALF_STEP))
 }
 
 #[cfg(test)]

@@ -16,14 +16,12 @@
 //!
 //! Transmittance over that factor, times σ_t at a collision, is at most 3 in every channel.
 
-use super::decay::{decay, depth_of};
+use super::decay::{decay, drawn_depth};
 use crate::math::Rgb;
 use glam::Vec2;
 
 /// Probability of each channel.
 const CHANNEL: f32 = 1.0 / 3.0;
-/// Half the distance of two uniforms.
-const HALF_STEP: f64 = 0.5 / (1u32 << 24) as f64;
 
 /// What gets through an edge, or through a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +81,6 @@ impl Draw {
     #[inline]
     pub fn new(u: Vec2) -> Self {
         let channel = ((u.x * 3.0) as usize).min(2);
-        // The middle of the uniform's step, so that the depth is neither 0 nor infinite; in f64 it is exact.
-        let passed = 1.0 - (f64::from(u.y) + HALF_STEP);
-        Self { channel, depth: depth_of(passed) }
+        Self { channel, depth: drawn_depth(u.y) }
     }
 }

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::merge::auto::{self, Chosen};
 use crate::transport::merge::{Beams, GatherNow, Kernel, MERGES, MergeSettings};
-use crate::transport::settings::{Connections, Heuristic, Layers, Settings, Tracking};
+use crate::transport::settings::{Connections, Heuristic, Layers, LightStarts, Settings, Tracking};
 use crate::transport::technique::{Technique, TechniqueSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -122,7 +122,8 @@ impl Resolved {
     /// Of a render of the scene in the file `path`.
     pub fn new(path: &str, scene: &Scene, settings: &Settings) -> Self {
         let (size, crop) = (scene.camera.size(), scene.camera.crop());
-        let chosen = auto::resolve(scene, settings);
+        let is_chosen = settings.techniques.merges() || settings.light_starts != LightStarts::Power;
+        let chosen = if is_chosen { auto::resolve(scene, settings) } else { Chosen::default() };
         Self {
             scene: path.to_owned(),
             size: size.to_array(),

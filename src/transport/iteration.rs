@@ -97,8 +97,7 @@ impl<'a> Renderer<'a> {
     pub fn pass(&self, index: u64) -> Pass {
         let partners = u64::from(self.scene.camera.size().x) * u64::from(self.scene.camera.size().y);
         let gathers = self.chosen.gathers.at(index, &self.settings.merging);
-        let Chosen { thinning, starts, .. } = &self.chosen;
-        let starts = starts.as_ref().unwrap_or(self.scene.lights.by_power());
+        let (thinning, starts) = (&self.chosen.thinning, self.chosen.starts(self.scene));
         Pass::new(self.active, index, gathers, partners, thinning.clone(), starts.clone())
     }
 

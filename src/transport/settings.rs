@@ -35,7 +35,8 @@ pub enum Connections {
 pub const MOST_LIGHTS: usize = 16;
 
 /// Which light a light subpath starts on.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum LightStarts {
     /// In proportion to the lights' powers.
     #[default]
@@ -43,6 +44,7 @@ pub enum LightStarts {
     /// By what each light's subpaths bring to the image, as a pilot sees it ([`super::merge::starts`]).
     Pilot,
     /// With these probabilities, a light each.
+    #[serde(skip)]
     Each([f32; MOST_LIGHTS]),
 }
 

@@ -102,13 +102,20 @@ fn start(scene: &Scene, settings: &Settings) -> Settings {
     start
 }
 
+/// What is chosen with these settings, and a pilot with it.
+fn piloted(scene: &Scene, settings: &Settings) -> (Chosen, Pilot) {
+    let chosen = resolve(scene, settings);
+    let starts = scene.lights.by_power();
+    let pilot = Pilot::run(scene, settings, &chosen.thinning, starts, &chosen.gathers, 0);
+    (chosen, pilot)
+}
+
 /// The error that a pilot foretells for a set, relative to that of `bpt`, beside the measured one.
 fn foretold_and_measured(name: &str, techniques: &str) -> [f64; 2] {
     let scene = scene(name, UVec2::new(40, 40));
     let full = start(&scene, &Settings { techniques: set(techniques), ..upbp() });
     let bpt = Settings { techniques: set("bpt"), left_out: TechniqueSet::default(), ..full };
-    let chosen = resolve(&scene, &full);
-    let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
+    let (chosen, pilot) = piloted(&scene, &full);
     let on = |t: Technique, set: TechniqueSet| if set.has(t) { 1.0 } else { 0.0 };
     let counts = |settings: &Settings| Counts {
         merges: MERGES.map(|t| on(t, settings.techniques)),
@@ -132,8 +139,7 @@ fn what_is_judged_stands_for_all() {
     for name in ["medium-balls", "fog-cornell"] {
         let scene = scene(name, UVec2::new(40, 40));
         let full = start(&scene, &upbp());
-        let chosen = resolve(&scene, &full);
-        let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
+        let (_, pilot) = piloted(&scene, &full);
         let on = |t: Technique| if full.techniques.has(t) { 1.0 } else { 0.0 };
         let counts = Counts { merges: MERGES.map(on), continuations: vec![], direct: true };
         let errors = Evidence::of(&scene, &pilot, &counts).errors(&counts);
@@ -147,8 +153,7 @@ fn what_is_judged_stands_for_all() {
 fn merges_have_their_price() {
     let scene = scene("fog-cornell", UVec2::new(40, 40));
     let full = start(&scene, &upbp());
-    let chosen = resolve(&scene, &full);
-    let pilot = Pilot::run(&scene, &full, &chosen.thinning, scene.lights.by_power(), &chosen.gathers, 0);
+    let (_, pilot) = piloted(&scene, &full);
     for i in MERGES.iter().enumerate().filter(|(_, t)| full.techniques.has(**t)).map(|(i, _)| i) {
         let cost = |n: f64| {
             let mut merges = MERGES.map(|t| if full.techniques.has(t) { 1.0 } else { 0.0 });

@@ -11,20 +11,18 @@ use super::placed::Placed;
 use super::texel::Texel;
 use super::traverse::{Block, Span};
 use crate::math::Stream;
-use crate::medium::decay::depth_of;
+use crate::medium::decay::drawn_depth;
 use glam::{Vec2, Vec3A};
 use std::ops::ControlFlow;
 
 /// Below this share of the light a ratio-tracked ray goes on with the probability of what is left over it.
 const FAINT: f32 = 0.1;
-/// Half the distance of two uniforms.
-const HALF_STEP: f64 = 0.5 / (1u32 << 24) as f64;
 
 /// The majorant's depth to the next point, above 0, and a uniform beside it.
 #[inline(always)]
 fn draw(random: &mut Stream) -> (f32, f32) {
     let Vec2 { x, y } = random.next_2d();
-    (depth_of(1.0 - (f64::from(x) + HALF_STEP)), y)
+    (drawn_depth(x), y)
 }
 
 impl Placed<f32> {

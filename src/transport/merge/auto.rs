@@ -74,6 +74,13 @@ pub struct Chosen {
     pub starts: Option<Arc<Discrete>>,
 }
 
+impl Chosen {
+    /// What light subpaths start by.
+    pub fn starts<'a>(&'a self, scene: &'a Scene) -> &'a Arc<Discrete> {
+        self.starts.as_ref().unwrap_or(scene.lights.by_power())
+    }
+}
+
 /// What the settings leave open, chosen.
 pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
     let thinning = Thinning::of(scene, settings);
@@ -116,8 +123,7 @@ pub fn resolve(scene: &Scene, settings: &Settings) -> Chosen {
         return chosen;
     }
     if needs_pilot(scene, settings) {
-        let starts = chosen.starts.as_ref().unwrap_or(scene.lights.by_power());
-        let pilots = pilots(starts, 0, &chosen);
+        let pilots = pilots(chosen.starts(scene), 0, &chosen);
         choose(scene, &active, &pilots, footprint, &mut chosen);
         bound(&active, &pilots[0], &mut chosen);
     }

@@ -76,7 +76,7 @@ impl Work {
     }
 
     /// The part of [`Self::cost`] that light subpaths have nothing to do with.
-    fn cost_without_light(&self, scene: &Scene, counts: &Counts) -> f64 {
+    pub fn cost_without_light(&self, scene: &Scene, counts: &Counts) -> f64 {
         let vertices = self.on_surfaces + self.in_media;
         let (an_edge, at_vertex) = self.cells_an_edge();
         let rays = EDGE * (1.0 + vertices) + CONNECTION * self.next_events;

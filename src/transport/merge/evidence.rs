@@ -99,6 +99,12 @@ pub(super) struct Density {
     pub reached: f64,
 }
 
+/// Whether a connection with `s` light vertices, of a path with so many in all, is of a light subpath: not where a light is hit or sampled
+/// from a vertex.
+fn has_light_subpath(s: usize, vertices: usize) -> bool {
+    s > 1 || (s == 1 && vertices == 2)
+}
+
 impl Judged {
     pub fn density(&self, counts: &Counts) -> Density {
         let mut reached = 1.0;
@@ -106,10 +112,10 @@ impl Judged {
         for (i, point) in self.points.iter().enumerate().rev() {
             let merges: f64 = point.merges.iter().zip(&counts.merges).map(|(share, n)| share * n).sum();
             // With two vertices, s = 1 is the light as the lens sees it.
-            let directly = self.points.len() == 2 && i == 1;
-            let connection = if directly && !counts.direct { 0.0 } else { point.connection };
+            let off = !counts.direct && self.points.len() == 2 && i == 1;
+            let connection = if off { 0.0 } else { point.connection };
             density.started += reached * merges;
-            if i > 1 || directly {
+            if has_light_subpath(i, self.points.len()) {
                 density.started += reached * connection;
             } else {
                 density.without += reached * connection;
@@ -264,7 +270,7 @@ fn judged(
         }
     }
     let (joined, started) = match traced.made_by() {
-        MadeBy::Connection(s) => (s, s > 1 || (s == 1 && points.len() == 2)),
+        MadeBy::Connection(s) => (s, has_light_subpath(s, points.len())),
         MadeBy::Merge(_, i) => (i, true),
     };
     Some(Judged { moment, light: traced.path.light.light as usize, started, joined, points })

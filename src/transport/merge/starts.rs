@@ -26,8 +26,8 @@
 //! What a pilot does not see it must not take for nothing: a part [`SURE`] of all light subpaths is shared out as those of the pilot
 //! are, half by power and half evenly.
 
-use super::cost::{self, Work};
-use super::evidence::{Counts, Density, Evidence};
+use super::cost::Work;
+use super::evidence::{Counts, Density, Evidence, Judged};
 use super::pilot::Pilot;
 use crate::light::Lights;
 use crate::math::Discrete;
@@ -83,17 +83,17 @@ pub fn choose(scene: &Scene, pilots: &[Pilot], counts: &Counts, had: &Discrete) 
     }
     let before: Vec<f64> = (0..had.len()).map(|i| f64::from(had.pdf(i))).collect();
     let (rest, costs) = costs(scene, pilots, counts, &before);
-    let shares = descend(&evidence, counts, (rest, &costs), &before);
+    let shares = descend(&terms(&evidence, counts), (rest, &costs), &before);
     let sure: Vec<f64> = shares.iter().zip(&before).map(|(q, p)| (1.0 - SURE) * q + SURE * p).collect();
     Some(Arc::new(exact(&sure)))
 }
 
 /// The shares with the least product of error and cost, which is C_0 and c_l of each light.
-fn descend(evidence: &Evidence, counts: &Counts, (rest, costs): (f64, &[f64]), before: &[f64]) -> Vec<f64> {
+fn descend(terms: &[Term], (rest, costs): (f64, &[f64]), before: &[f64]) -> Vec<f64> {
     let mut shares = before.to_vec();
     for _ in 0..STEPS {
         let cost = rest + shares.iter().zip(costs).map(|(q, c)| q * c).sum::<f64>();
-        let gains = gains(evidence, counts, before, &shares);
+        let gains = gains(terms, before, &shares);
         let moved: Vec<f64> = shares
             .iter()
             .zip(gains.iter().zip(costs))
@@ -108,40 +108,60 @@ fn descend(evidence: &Evidence, counts: &Counts, (rest, costs): (f64, &[f64]), b
 /// C_0, and c_l of each light: the mean over pilots that had the shares `before`.
 fn costs(scene: &Scene, pilots: &[Pilot], counts: &Counts, before: &[f64]) -> (f64, Vec<f64>) {
     let each = 1.0 / pilots.len() as f64;
-    let mut costs = vec![0.0; before.len()];
+    let (mut rest, mut costs) = (0.0, vec![0.0; before.len()]);
     for pilot in pilots {
-        let of_lights = Work::of(pilot, counts).cost_of_lights(scene, pilot, counts);
-        for ((sum, cost), p) in costs.iter_mut().zip(of_lights).zip(before) {
+        let work = Work::of(pilot, counts);
+        rest += each * work.cost_without_light(scene, counts);
+        for ((sum, cost), p) in costs.iter_mut().zip(work.cost_of_lights(scene, pilot, counts)).zip(before) {
             *sum += if *p > 0.0 { each * cost / p } else { 0.0 };
         }
     }
-    let all: f64 = costs.iter().zip(before).map(|(c, p)| c * p).sum();
-    (cost::mean(scene, pilots, counts) - all, costs)
+    (rest, costs)
+}
+
+/// What a judged path adds to the errors, as far as no share is in it.
+struct Term {
+    light: usize,
+    /// Whether its products grow with the light's share.
+    grows: bool,
+    /// A and B.
+    density: [f64; 2],
+    square: f64,
+    products: f64,
+    of: [f64; 2],
+}
+
+fn terms(evidence: &Evidence, counts: &Counts) -> Vec<Term> {
+    let term = |judged: &Judged| {
+        let Density { without, started, reached } = judged.density(counts);
+        let [square, products] = judged.moment.terms(counts, reached);
+        let (light, grows, of) = (judged.light, judged.started, judged.moment.of);
+        Term { light, grows, density: [without, started], square, products, of }
+    };
+    evidence.judged.iter().map(term).collect()
 }
 
 /// −∂ log E / ∂q_l.
-fn gains(evidence: &Evidence, counts: &Counts, before: &[f64], shares: &[f64]) -> Vec<f64> {
+fn gains(terms: &[Term], before: &[f64], shares: &[f64]) -> Vec<f64> {
     let mut errors = [0.0; 2];
     let mut falls = vec![[0.0; 2]; shares.len()];
-    for judged in &evidence.judged {
-        let Density { without, started, reached } = judged.density(counts);
-        let [square, products] = judged.moment.terms(counts, reached);
-        let p = before[judged.light];
+    for Term { light, grows, density: [without, started], square, products, of } in terms {
+        let p = before[*light];
         if p <= 0.0 {
             continue;
         }
-        let times = shares[judged.light] / p;
+        let times = shares[*light] / p;
         let density = without + started * times;
         if density.is_nan() || density <= 0.0 {
             continue;
         }
         let (d2, d3) = (density * density, density * density * density);
-        let (grown, growth) = if judged.started { (times * times, 2.0 * times) } else { (1.0, 0.0) };
+        let (grown, growth) = if *grows { (times * times, 2.0 * times) } else { (1.0, 0.0) };
         let moment = square / density + products * grown / d2;
         let fall = (square * started / d2 + products * (2.0 * grown * started / d3 - growth / d2)) / p;
-        for (kind, of) in judged.moment.of.iter().enumerate() {
+        for (kind, of) in of.iter().enumerate() {
             errors[kind] += of * moment;
-            falls[judged.light][kind] += of * fall;
+            falls[*light][kind] += of * fall;
         }
     }
     let part = |fall: f64, error: f64| if error > 0.0 { fall / error } else { 0.0 };
@@ -162,7 +182,7 @@ fn exact(shares: &[f64]) -> Discrete {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evidence::{Judged, Point};
+    use super::super::evidence::Point;
     use super::super::moments::{KINDS, Moment};
     use super::super::settings::MERGES;
     use super::*;
@@ -180,7 +200,7 @@ mod tests {
     }
 
     fn moved(evidence: &Evidence, costs: (f64, &[f64]), before: &[f64]) -> Vec<f64> {
-        descend(evidence, &counts(), (costs.0, costs.1), before)
+        descend(&terms(evidence, &counts()), costs, before)
     }
 
     /// Without any other technique and with equal costs, shares go by the roots of the lights' own second moments, V_l = p_l m_l.
