@@ -1,7 +1,13 @@
 //! Every technique makes the paths of every length that is asked for, and no others.
 
+use crate::collect::{starts, thinning, trace_merges};
 use crate::measure::{Means, render, runs};
+use crate::merges::gathers;
 use crate::scenes;
+use glam::UVec2;
+use tyndall::transport::merge::MERGES;
+use tyndall::transport::merge::{Beams, MergeSettings};
+use tyndall::transport::pass::Pass;
 use tyndall::transport::{Settings, Technique, TechniqueSet};
 
 /// The shortest path that a technique makes.
@@ -54,4 +60,36 @@ fn no_other_length_is_recorded() {
         }
     }
     assert!(seen[2..].iter().all(|n| *n > 100), "{seen:?}");
+}
+
+/// The same of merges, of which the shortest make a path of two segments: with short and with long beams, each technique
+/// finds paths of every length that is asked for and records no other.
+#[test]
+fn merges_record_no_other_length() {
+    let scene = scenes::load("fog");
+    let size = scene.camera.size();
+    let pixels: Vec<UVec2> = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y))).collect();
+    for (beams, [shortest, longest]) in
+        [(Beams::Short, [2, 6]), (Beams::Short, [3, 4]), (Beams::Long, [2, 3]), (Beams::Long, [4, 4])]
+    {
+        let settings = Settings {
+            min_length: shortest,
+            max_length: longest,
+            merging: MergeSettings { photon_beams: beams, camera_beams: beams, ..MergeSettings::default() },
+            ..Settings::new(TechniqueSet::all())
+        };
+        let count = u64::from(size.x * size.y);
+        let pass = Pass::new(settings, 0, gathers(), count, thinning(&scene), starts(&scene));
+        let mut seen = [[0; 7]; Technique::COUNT];
+        for traced in trace_merges(&scene, &pass, &pixels) {
+            let length = traced.sample.s + traced.sample.t - 1;
+            assert!((shortest..=longest).contains(&length), "{beams:?} {:?}", traced.sample);
+            seen[traced.sample.technique.index()][length as usize] += 1;
+        }
+        for technique in TechniqueSet::all().iter().filter(|t| MERGES.contains(t)) {
+            let seen = &seen[technique.index()];
+            let all = seen[shortest as usize..=longest as usize].iter().all(|n| *n > 5);
+            assert!(all, "{technique:?} {beams:?}: {seen:?}");
+        }
+    }
 }

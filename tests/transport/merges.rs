@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 2e-3;
 const PATHS: [u64; 5] = [2000, 1750, 1500, 1250, 1000];
 const RADII: [f32; 5] = [0.12, 0.2, 0.15, 0.13, 0.1];
 
-fn gathers() -> Gathers {
+pub fn gathers() -> Gathers {
     Gathers { of: std::array::from_fn(|i| GatherNow { radius: RADII[i], paths: PATHS[i] }) }
 }
 
