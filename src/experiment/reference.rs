@@ -307,9 +307,12 @@ fn next_block(done: u64, seconds: f64, pixels: usize, budget: Budget) -> u64 {
         Budget::Seconds(_) | Budget::RelMse { .. } if done == 0 => 1,
         // The plan lets no reference have a relMSE to be reached.
         Budget::RelMse { .. } => count,
+        // A machine that slows down within a block is noticed at its end: so no block takes more than half of the time that
+        // is left, until that is a fiftieth of what there was.
         Budget::Seconds(limit) => {
-            let left = ((limit - seconds) / (seconds / done as f64)).round();
-            count.min((left as u64).max(1))
+            let left = limit - seconds;
+            let part = if left > 0.02 * limit { 0.5 * left } else { left };
+            count.min(((part / (seconds / done as f64)).round() as u64).max(1))
         }
     }
 }
@@ -521,6 +524,27 @@ mod tests {
                 sum.iterations += count;
             }
             assert_eq!(sum.iterations, spp, "{lengths:?}");
+        }
+    }
+
+    /// Where the machine slows down to a half, or grows twice as fast, for the rest of the time.
+    #[test]
+    fn references_end_when_their_time_is_over() {
+        for (change, before, after) in
+            [(2.0, 1.0, 1.0), (0.5, 1.0, 2.0), (0.5, 1.0, 0.5), (0.7, 1.0, 2.0), (0.9, 1.0, 1.5)]
+        {
+            let (limit, pixels) = (100.0, 19_200);
+            let (mut done, mut seconds, mut blocks) = (0, 0.0, 0);
+            while Budget::Seconds(limit).goes_on(done, seconds) {
+                let count = next_block(done, seconds, pixels, Budget::Seconds(limit));
+                for _ in 0..count {
+                    seconds += 0.05 * if seconds < change * limit { before } else { after };
+                }
+                done += count;
+                blocks += 1;
+            }
+            assert!((seconds / limit - 1.0).abs() < 0.05, "{change} {before} {after}: {seconds} s");
+            assert!(blocks < 30, "{blocks} blocks");
         }
     }
 
