@@ -36,6 +36,8 @@ const DOMINANT_NOISE: f64 = 0.5;
 
 /// A run in time that ends further than this from its budget is warned about.
 const TIME_TOLERANCE: f64 = 0.05;
+/// Share of the time that threads may wait for a processor without a word.
+const WAITED: f64 = 0.05;
 
 /// What the cells of a scene share.
 pub struct SceneContext<'a> {
@@ -256,6 +258,7 @@ impl<'a> SceneContext<'a> {
             spp: outcome.film.iterations(),
             seconds: outcome.seconds,
             setup: outcome.setup,
+            waited: outcome.waited,
             camera_paths: outcome.camera_paths,
             light_paths: outcome.light_paths,
             merges: outcome.merges.iter().cloned().collect(),
@@ -450,6 +453,15 @@ impl<'a> SceneContext<'a> {
             let (mean, spp) = (cell.seconds.mean, cell.spp.mean);
             warnings.push(format!(
                 "runs took {mean:.3} s and not {limit} s: an iteration is a long part of that ({spp:.0} spp)"
+            ));
+        }
+        let threads = rayon::current_num_threads() as f64;
+        let (waited, seconds) = cell.runs.iter().fold((0.0, 0.0), |(w, s), r| (w + r.waited, s + r.seconds));
+        if waited > WAITED * threads * seconds {
+            let share = 100.0 * waited / (threads * seconds);
+            warnings.push(format!(
+                "its threads waited for a processor {share:.0}% of the time: something else ran beside it, and it took longer, or made \
+                 less in its time, than it does alone"
             ));
         }
         if let Some(truth) = self.truth {

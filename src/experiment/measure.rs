@@ -68,6 +68,7 @@ mod tests {
             spp: 8,
             seconds: 4.0,
             setup: 0.0,
+            waited: 0.0,
             merges: BTreeMap::new(),
             relmse: None,
             mse: None,

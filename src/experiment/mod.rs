@@ -13,6 +13,7 @@
 //! | [`results`], [`numbers`], [`csv`] | what is left behind |
 
 pub mod cell;
+mod contents;
 pub mod costs;
 pub mod csv;
 pub mod file;

@@ -7,6 +7,7 @@
 //! are rendered; the blocks together are the weighted means of their images and variances. Blocks end at numbers of
 //! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
 
+use super::contents;
 use super::hash::{Hasher, REFERENCE_SEED};
 use super::plan::{Lengths, ReferencePlan, ScenePlan};
 use super::results::ReferenceKind;
@@ -254,9 +255,14 @@ impl Making {
             observer.note(&format!("the reference dropped {dropped} contributions that were not finite"));
         }
         let file = layered(scene, &self.settings, &self.resolved, &outcome);
-        // A block that was stopped is not kept: where blocks end must not depend on that.
-        if !outcome.partial {
+        // Where blocks end must not depend on where they were stopped, but where the clock says it anyway.
+        if !outcome.partial || matches!(self.budget, Budget::Seconds(_)) {
             exr::write(block_path(&self.dir, first, iterations), &file)?;
+        } else {
+            observer.note(&format!(
+                "the {iterations} spp of the reference that were under way are not kept: parts of it end at {first} and at {} spp",
+                first + count
+            ));
         }
         Ok(Some(Block::of(&file, iterations, outcome.seconds)))
     }
@@ -327,10 +333,7 @@ fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Resul
     words.as_object_mut().expect("a struct is an object").shift_remove("paths");
     hasher.field(words.to_string().as_bytes());
     hasher.field(&settings.paths.fingerprint());
-    for path in &scene.dependencies {
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
-        hasher.field(&bytes);
-    }
+    contents::add(&mut hasher, scene)?;
     Ok(hasher.hex())
 }
 

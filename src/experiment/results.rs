@@ -297,6 +297,9 @@ pub struct Run {
     /// Of these, the pilots that choose radii, counts of light paths and shares of connections.
     #[serde(default)]
     pub setup: f64,
+    /// Seconds that its threads waited for a processor, all together, as something else ran beside it; 0 where that is not known.
+    #[serde(default)]
+    pub waited: f64,
     /// Camera subpaths that were walked.
     pub camera_paths: u64,
     /// Light subpaths that were walked.

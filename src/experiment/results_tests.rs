@@ -10,6 +10,7 @@ fn results() -> Results {
         spp: 4,
         seconds: 0.1,
         setup: 0.01,
+        waited: 0.5,
         merges: BTreeMap::new(),
         relmse: Some(0.25),
         mse: Some(0.5),

@@ -13,6 +13,7 @@
 //! Whoever renders a run holds the lock on the file `lock` in its folder. The system gives it up when the process ends,
 //! however it ends. Others leave that run to its holder and take another.
 
+use super::contents;
 use super::hash::Hasher;
 use crate::error::{Error, Result};
 use crate::film::output::write_atomically;
@@ -71,6 +72,8 @@ pub struct Header {
     /// Seconds of rendering.
     pub seconds: f64,
     setup: f64,
+    #[serde(default)]
+    waited: f64,
     camera_paths: u64,
     light_paths: u64,
     light_vertices: u64,
@@ -105,10 +108,7 @@ impl SceneKey {
         hasher.field(RENDERING.as_bytes());
         let (size, crop) = (scene.camera.size(), scene.camera.crop());
         hasher.field(format!("{size} {} {} {} {}", crop.x0, crop.y0, crop.x1, crop.y1).as_bytes());
-        for path in &scene.dependencies {
-            let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
-            hasher.field(&bytes);
-        }
+        contents::add(&mut hasher, scene)?;
         Ok(Self(hasher.hex()))
     }
 }
@@ -376,6 +376,7 @@ fn write(path: &Path, key: &str, state: &State) -> Result<()> {
         iterations: outcome.film.iterations(),
         seconds: outcome.seconds,
         setup: outcome.setup,
+        waited: outcome.waited,
         camera_paths: outcome.camera_paths,
         light_paths: outcome.light_paths,
         light_vertices: outcome.light_vertices,
@@ -466,6 +467,7 @@ fn state(header: Header, bytes: &[u8], empty: &Film) -> Option<State> {
         film,
         seconds: header.seconds,
         setup: header.setup,
+        waited: header.waited,
         camera_paths: header.camera_paths,
         light_paths: header.light_paths,
         light_vertices: header.light_vertices,

@@ -1,5 +1,6 @@
 //! The loop around the iterations.
 
+use super::waits::waited;
 use super::{Budget, Observer, Stop};
 use crate::error::Result;
 use crate::film::Film;
@@ -8,7 +9,7 @@ use crate::transport::Renderer;
 use crate::transport::merge::MERGES;
 use crate::transport::settings::Settings;
 use crate::transport::technique::Technique;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A render to be done.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +33,8 @@ pub struct Outcome {
     pub seconds: f64,
     /// Of these, what went before the first iteration: pilots that choose radii, counts and shares.
     pub setup: f64,
+    /// Seconds that threads waited for a processor meanwhile ([`super::waits`]), to a quarter of a second; 0 where that is not known.
+    pub waited: f64,
     /// Camera subpaths that were walked.
     pub camera_paths: u64,
     /// Light subpaths that were walked.
@@ -81,7 +84,12 @@ pub struct Engine<'a> {
     renderer: Renderer<'a>,
     /// Seconds that it took to set up: pilots that choose radii, counts and shares.
     pub setup: f64,
+    /// When it was last asked how long threads have waited, and the answer.
+    asked: (Instant, Option<f64>),
 }
+
+/// Asking takes some reads of files.
+const ASKED_EVERY: Duration = Duration::from_millis(250);
 
 impl<'a> Engine<'a> {
     /// # Errors
@@ -89,7 +97,8 @@ impl<'a> Engine<'a> {
     pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self> {
         let start = Instant::now();
         let renderer = Renderer::new(scene, settings)?;
-        Ok(Self { scene, renderer, setup: start.elapsed().as_secs_f64() })
+        let setup = start.elapsed().as_secs_f64();
+        Ok(Self { scene, renderer, setup, asked: (Instant::now(), waited()) })
     }
 
     /// No iteration, but the time for setting up.
@@ -100,6 +109,7 @@ impl<'a> Engine<'a> {
             film: Film::new(&self.scene.camera, self.renderer.settings()),
             seconds: self.setup,
             setup: self.setup,
+            waited: 0.0,
             camera_paths: 0,
             light_paths: 0,
             light_vertices: 0,
@@ -114,6 +124,12 @@ impl<'a> Engine<'a> {
         let start = Instant::now();
         let stats = self.renderer.iteration(index, &mut outcome.film);
         outcome.seconds += start.elapsed().as_secs_f64();
+        if self.asked.0.elapsed() > ASKED_EVERY {
+            let now = waited();
+            // Threads that are gone take what they waited with them.
+            outcome.waited += now.zip(self.asked.1).map_or(0.0, |(now, before)| (now - before).max(0.0));
+            self.asked = (Instant::now(), now);
+        }
         outcome.camera_paths += stats.camera_paths;
         outcome.light_paths += stats.light_paths;
         outcome.light_vertices += stats.light_vertices;
@@ -127,6 +143,7 @@ impl Outcome {
         self.film.append(&later.film);
         later.film.clear();
         self.seconds += std::mem::take(&mut later.seconds);
+        self.waited += std::mem::take(&mut later.waited);
         self.camera_paths += std::mem::take(&mut later.camera_paths);
         self.light_paths += std::mem::take(&mut later.light_paths);
         self.light_vertices += std::mem::take(&mut later.light_vertices);

@@ -7,6 +7,7 @@ pub mod files;
 mod job;
 pub mod observer;
 pub mod tev;
+pub mod waits;
 
 pub use budget::{Budget, Stop};
 pub use job::{Engine, Job, LEFT_OUT, Outcome};

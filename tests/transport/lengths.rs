@@ -5,8 +5,8 @@ use crate::measure::{Means, render, runs};
 use crate::merges::gathers;
 use crate::scenes;
 use glam::UVec2;
-use tyndall::transport::merge::MERGES;
-use tyndall::transport::merge::{Beams, MergeSettings};
+use tyndall::transport::expression::Expression;
+use tyndall::transport::merge::{Beams, MERGES, MergeSettings};
 use tyndall::transport::pass::Pass;
 use tyndall::transport::{Settings, Technique, TechniqueSet};
 
@@ -90,6 +90,44 @@ fn merges_record_no_other_length() {
             let seen = &seen[technique.index()];
             let all = seen[shortest as usize..=longest as usize].iter().all(|n| *n > 5);
             assert!(all, "{technique:?} {beams:?}: {seen:?}");
+        }
+    }
+}
+
+/// Merges make the paths of an expression and no others, whatever either subpath has met: those through media alone, and
+/// those with one surface on the way.
+#[test]
+fn merges_keep_to_an_expression() {
+    let scene = scenes::load("fog");
+    let size = scene.camera.size();
+    let pixels: Vec<UVec2> = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y))).collect();
+    for (beams, expression, surfaces) in [
+        (Beams::Short, "EM*L", 0),
+        (Beams::Short, "EM*(S|D)M*L", 1),
+        (Beams::Long, "EM*L", 0),
+        (Beams::Long, "EM*(S|D)M*L", 1),
+    ] {
+        let settings = Settings {
+            max_length: 6,
+            paths: Expression::parse(expression).expect("an expression"),
+            merging: MergeSettings { photon_beams: beams, camera_beams: beams, ..MergeSettings::default() },
+            ..Settings::new(TechniqueSet::all())
+        };
+        let count = u64::from(size.x * size.y);
+        let pass = Pass::new(settings, 1, gathers(), count, thinning(&scene), starts(&scene));
+        let mut seen = [0; Technique::COUNT];
+        for traced in trace_merges(&scene, &pass, &pixels) {
+            let met = traced.path.interior.iter().filter(|place| place.surface().is_some()).count();
+            assert_eq!(met, surfaces, "{expression} {beams:?} {:?}", traced.sample);
+            seen[traced.sample.technique.index()] += 1;
+        }
+        for technique in TechniqueSet::all().iter().filter(|t| MERGES.contains(t)) {
+            let possible = surfaces == 1 || technique != Technique::Surface;
+            assert_eq!(
+                seen[technique.index()] > 20,
+                possible,
+                "{expression} {technique:?} {beams:?}: {seen:?}"
+            );
         }
     }
 }

@@ -10,6 +10,7 @@ use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, GatherNow, Gathers, MergeSettings};
 use tyndall::transport::pass::Pass;
 use tyndall::transport::technique::PRESETS;
+use tyndall::transport::walk::Place;
 use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
 /// Largest relative difference that f32 arithmetic explains: directions of edges of a few centimetres enter several times.
@@ -68,6 +69,11 @@ pub fn check(name: &str, scene: &Scene, settings: Settings, seen: &mut Seen) {
             continue;
         }
         let (sample, made_by) = (&traced.sample, traced.made_by());
+        if let Some((i, light)) = &traced.path.merged {
+            let medium = |place: &Place| if let Place::Medium(c) = place { Some(c.medium) } else { None };
+            let camera = &traced.path.interior[i - 1];
+            assert_eq!(medium(light), medium(camera), "{name}: merged across media: {traced:?}");
+        }
         let verdict = judge(scene, &pass, &traced.path, made_by);
         let what = || {
             format!(

@@ -19,6 +19,7 @@ pub fn export(imported: &Imported, out: &Path) -> Result<Vec<PathBuf>> {
         return Err(Error::usage(format!("{}: a scene file's name ends in .toml", out.display())));
     }
     let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make the folder", &e))?;
     // The folder is called like the file, so that scenes beside each other do not share one.
     let own = out.file_stem().map_or("scene".into(), |s| s.to_string_lossy()).into_owned();
     let mut text = imported.source.text().to_owned();
