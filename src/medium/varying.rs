@@ -181,9 +181,7 @@ impl Varying {
                 // 0·∞ is 0 here, as in a homogeneous medium.
                 Rgb::select(sigma_t.cmpgt(Rgb::ZERO), *sigma_t * integral, Rgb::ZERO)
             }
-            Extinction::Colored(grid) => {
-                grid.integral(origin, dir, t0, t1).as_vec3a() * self.phase.area(dir)
-            }
+            Extinction::Colored(grid) => grid.integral(origin, dir, t0, t1).as_vec3a() * self.phase.area(dir),
         }
     }
 

@@ -7,6 +7,7 @@ use crate::scenes;
 use glam::{Vec2, Vec3A};
 use tyndall::film::Image;
 use tyndall::math::{Stream, StreamKind};
+use tyndall::scene::Scene;
 use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, MergeSettings};
 use tyndall::transport::technique::PRESETS;
@@ -94,8 +95,7 @@ fn the_furnace_is_one_with_flakes() {
         };
         let scene = crate::merge_furnace::furnace(&medium([FIBRES, MIXED][i % 2]), 16, true, "");
         // Where one place of a path alone can be merged at, no weight varies, and any radius will do.
-        let radii =
-            if first { [0.2, 0.25, 0.24, 0.24, 0.16] } else { [0.05, 0.1, 0.06, 0.06, 0.04] };
+        let radii = if first { [0.2, 0.25, 0.24, 0.24, 0.16] } else { [0.05, 0.1, 0.06, 0.06, 0.04] };
         let merging = MergeSettings { first, ..variant(i, gathers(radii, [2000, 1800, 1600, 1400, 1000])) };
         let settings =
             Settings { merging, max_length: 96, seed: 620 + i as u64, ..Settings::new(techniques) };
@@ -109,8 +109,8 @@ fn the_furnace_is_one_with_flakes() {
     }
 }
 
-/// What absorbs dims a sky by exp(−σ s a): s the way through a slab, a what is seen of its flakes. Where the slab shines as well
-/// with σ_a of another radiance, it adds that times what is missing... so that both ask for the same factor.
+/// What absorbs dims a sky by exp(−σ s a): s the way through a slab, a what is seen of its flakes; what the slab itself sends is dimmed
+/// by the same extinction.
 #[test]
 fn absorbing_flakes_dim_by_what_is_seen() {
     const SIGMA: f64 = 1.5;
@@ -131,7 +131,7 @@ fn absorbing_flakes_dim_by_what_is_seen() {
         // The emission over σ_t a, for it is the same in all directions, and extinction is not.
         2.0 * passed + 0.5 / (SIGMA * area) * (1.0 - passed)
     };
-    let image = render(&scene, &Settings::new(set("hit")), 64).image();
+    let image = render(&scene, &Settings::new(set("hit")), 256).image();
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     for y in 0..16 {
         for x in 0..16 {
@@ -171,7 +171,7 @@ fn slab(phase: &str) -> String {
 fn all_sets_agree_on_a_slab_of_fibres() {
     let fibres = |axis: &str| slab(&format!("{{ fibres = {{ axis = {axis}, roughness = 0.2 }} }}"));
     let scene = scenes::of(&fibres("[0.1, 0.3, 1]"));
-    let of = |scene, names: &str, v: usize, detectable: f64| {
+    let of = |scene: &Scene, names: &str, v: usize, detectable: f64| {
         let settings = Settings {
             merging: variant(v, gathers([0.02, 0.03, 0.02, 0.02, 0.01], [2000, 2500, 2000, 1500, 800])),
             max_length: 8,

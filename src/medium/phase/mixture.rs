@@ -41,7 +41,9 @@ impl Mixture {
                     inner.lobes.into_iter().map(|lobe| (weight * f64::from(lobe.weight), lobe.phase)),
                 ),
                 Phase::ByPlace(_) => {
-                    return Err("what varies by place cannot be a part of a mixture: mix its parts by place".into());
+                    return Err(
+                        "what varies by place cannot be a part of a mixture: mix its parts by place".into()
+                    );
                 }
                 phase => simple.push((weight, phase)),
             }
@@ -108,7 +110,8 @@ impl Mixture {
     pub(super) fn mean_cosine(&self) -> f32 {
         if self.directional {
             let seen = |lobe: &Lobe| lobe.weight * lobe.phase.mean_area();
-            return self.lobes.iter().map(|l| seen(l) * l.phase.mean_cosine()).sum::<f32>() / self.mean_area();
+            return self.lobes.iter().map(|l| seen(l) * l.phase.mean_cosine()).sum::<f32>()
+                / self.mean_area();
         }
         self.lobes.iter().map(|lobe| lobe.weight * lobe.phase.mean_cosine()).sum()
     }

@@ -155,14 +155,14 @@ fn flakes_are_tracked_by_what_is_seen() {
         let (origin, dir, length) = loop {
             let found = ray(&mut s);
             if (0.4..0.6).contains(&seen(found.1)) {
-                break found;
+                break (found.0, found.1, 0.5 * found.2);
             }
         };
         let passed = (-quadrature(&medium, (origin, dir, length)) * seen(dir)).exp().x;
         assert!(passed > 0.1 && passed < 0.8, "{passed}");
         let none = |s: &mut Stream| medium.track(origin, dir, length, s).is_none();
-        assert_mean(&format!("delta tracking, {name}"), passed, 400_000, |s| f64::from(u8::from(none(s))));
-        assert_mean(&format!("ratio tracking, {name}"), passed, 400_000, |s| {
+        assert_mean(&format!("delta tracking, {name}"), passed, 500_000, |s| f64::from(u8::from(none(s))));
+        assert_mean(&format!("ratio tracking, {name}"), passed, 500_000, |s| {
             f64::from(medium.ratio(origin, dir, length, s))
         });
     }
@@ -184,12 +184,12 @@ fn scattering_is_reciprocal_with_its_rate() {
                 assert!((side / found.value - 1.0).abs() < 1e-5, "{sides:?} {found:?}");
             }
             let ratio = found.light / found.camera;
-            factors += usize::from(!(0.5..2.0).contains(&ratio));
+            factors += usize::from(!(0.8..1.25).contains(&ratio));
             let sample = medium.sample_phase(Vec3A::ZERO, wl, (s.next_1d(), s.next_2d()));
             let value = medium.phase_densities(Vec3A::ZERO, wl, sample.to).value;
             assert!((sample.pdf * sample.weight / value - 1.0).abs() < 2e-3, "{sample:?} {value}");
         }
-        assert!(factors > 100, "{factors}");
+        assert!(factors > 400, "{factors}");
     }
 }
 

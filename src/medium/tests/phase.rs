@@ -275,7 +275,7 @@ fn yarn() -> Phase {
 
 /// ∫ f(ω, m) over the hemisphere of m about `w`, times ⟨ω, m⟩, by the midpoint rule in the cosine's square and in the angle.
 fn seen(w: Vec3A, f: impl Fn(Vec3A) -> f64) -> f64 {
-    const N: usize = 200;
+    const N: usize = 500;
     let frame = crate::math::Frame::from_normal(w);
     let mut sum = 0.0;
     for i in 0..N {
