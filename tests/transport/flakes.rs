@@ -8,24 +8,26 @@ use glam::{Vec2, Vec3A};
 use tyndall::film::Image;
 use tyndall::math::{Stream, StreamKind};
 use tyndall::scene::Scene;
+use tyndall::transport::expression::Expression;
 use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, MergeSettings};
 use tyndall::transport::technique::PRESETS;
 use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
-/// Every preset that connects, and single techniques, either heuristic.
+/// Every set of connections, either heuristic.
 #[test]
 fn weights_and_contributions_are_the_oracles() {
     let scene = scenes::load("fibres");
     let mut seen = [0; Technique::COUNT];
-    for (i, names) in ["pt", "bpt", "lt,hit", "hit,connect", "hit,nee,lens"].into_iter().enumerate() {
+    for (i, techniques) in TechniqueSet::connections().enumerate() {
         let heuristic = [Heuristic::Balance, Heuristic::Power(2.0)][i % 2];
-        let settings = crate::weights::settings(set(names), heuristic);
-        let result = crate::weights::check("fibres", &scene, &settings, 3);
+        let settings = crate::weights::settings(techniques, heuristic);
+        let result = crate::weights::check("fibres", &scene, &settings, 2);
         for (total, new) in seen.iter_mut().zip(result.by_technique) {
             *total += new;
         }
     }
+    println!("{seen:?}");
     for technique in TechniqueSet::of_connections().iter() {
         assert!(seen[technique.index()] > 25, "{technique:?}: {seen:?}");
     }
@@ -78,16 +80,10 @@ fn the_furnace_is_one_with_flakes() {
         Means::of(&images).assert_mean(&format!("furnace with flakes, {names}"), 1.0, detectable);
     }
     let detectable = if study { 0.01 } else { 0.06 };
-    for (i, (names, first)) in [
-        ("pp3d", true),
-        ("pb2d", true),
-        ("bp2d", true),
-        ("bb1d", true),
-        ("upbp", false),
-        ("upbp,bp2d", false),
-    ]
-    .into_iter()
-    .enumerate()
+    for (i, (names, first)) in
+        [("pp3d", true), ("pb2d", true), ("bp2d", true), ("bb1d", true), ("upbp,bp2d", false)]
+            .into_iter()
+            .enumerate()
     {
         let techniques = match first {
             true => TechniqueSet::of(PRESETS.iter().find(|p| p.key == names).expect("a preset").techniques),
@@ -165,8 +161,8 @@ fn slab(phase: &str) -> String {
     )
 }
 
-/// Every technique has the same picture of a slab that is not the same all over and looks otherwise when its fibres are turned or its
-/// extinction is that of dust. Biases of 3% are seen, of 5% by what merges.
+/// All sets have the same picture of a slab that is not the same all over and looks otherwise when its fibres are turned or what is in
+/// it is dust. Biases of 3% are seen, of 5% by what merges.
 #[test]
 fn all_sets_agree_on_a_slab_of_fibres() {
     let fibres = |axis: &str| slab(&format!("{{ fibres = {{ axis = {axis}, roughness = 0.2 }} }}"));
@@ -188,12 +184,41 @@ fn all_sets_agree_on_a_slab_of_fibres() {
     let pt = means(&pt);
     means(&of(&scene, "bpt", 0, 0.02)).assert_same(&pt, "bpt on fibres", 0.03);
     means(&of(&scene, "lt,hit", 0, 0.03)).assert_same(&pt, "lt on fibres", 0.04);
-    for (v, names) in [(1, "upbp"), (2, "upbp,bp2d"), (3, "bb1d")] {
-        means(&of(&scene, names, v, 0.035)).assert_same(&pt, &format!("{names} on fibres"), 0.05);
-    }
+    means(&of(&scene, "upbp,bp2d", 1, 0.035)).assert_same(&pt, "all techniques on fibres", 0.05);
     // That all of this shows something.
     for other in [fibres("[1, 0.2, 0]"), slab("'isotropic'")] {
         let other = mean_and_error(&image_means(&of(&scenes::of(&other), "bpt", 0, 0.02))).0;
         assert!((other / mean - 1.0).abs() > 0.1, "{other} and {mean}");
+    }
+}
+
+/// Each technique that merges, alone, makes all paths of up to six segments with a vertex among fibres without end, which a lamp
+/// lights: it agrees with connections on them. Biases of 5% are seen.
+#[test]
+fn each_technique_alone_is_bpt_among_fibres() {
+    let scene = scenes::of(
+        "[film]\nwidth = 16\nheight = 16\n[camera]\norigin = [0, 0.2, 2.5]\ntarget = [0, 0, 0]\nfov = 45\n\
+         [world]\nmedium = 'hair'\n[medium.hair]\nsigma_t = [0.7, 0.8, 1]\nalbedo = 0.9\n\
+         phase = { fibres = { axis = [0.5, 1, 0.3], roughness = 0.25 } }\n\
+         [material.grey]\ndiffuse = { reflectance = 0.3 }\n\
+         [[shape]]\nrectangle = { corner = [-2, -2, -1.5], u = [4, 0, 0], v = [0, 4, 0] }\nmaterial = 'grey'\n\
+         [[shape]]\nsphere = { center = [-0.7, 1.3, 0.3], radius = 0.4 }\nemission = [20, 24, 30]\n",
+    );
+    let of = |names: &str, v: usize, detectable: f64| {
+        let settings = Settings {
+            merging: variant(v, gathers([0.05, 0.08, 0.05, 0.05, 0.03], [2000, 2500, 2000, 1500, 800])),
+            paths: Expression::parse("E.*M.*L").expect("an expression"),
+            min_length: 2,
+            max_length: 6,
+            seed: 660 + v as u64,
+            ..Settings::new(set(names))
+        };
+        let images = sharp_runs(&scene, &settings, detectable, 200);
+        println!("{names}: {:.5?}", mean_and_error(&image_means(&images)));
+        Means::of(&images)
+    };
+    let bpt = of("bpt", 0, 0.03);
+    for (v, names) in ["pp3d", "pb2d", "bp2d", "bb1d"].into_iter().enumerate() {
+        of(names, v, 0.04).assert_same(&bpt, &format!("{names} among fibres"), 0.05);
     }
 }
