@@ -37,7 +37,7 @@ def phase(definition):
 
 
 def sggx(kind, axis, roughness):
-    """Flakes by the matrix of their squared areas. Extinction goes with the area in Mitsuba's media as in ours."""
+    """Flakes by the matrix of their squared areas: extinction goes with the area in Mitsuba's media as in ours."""
     axis = np.array(axis, float) / np.linalg.norm(axis)
     along, across = (roughness ** 2, 1) if kind == "fibres" else (1, roughness ** 2)
     s = across * np.eye(3) + (along - across) * np.outer(axis, axis)
@@ -173,6 +173,10 @@ class Media:
 
     def __bool__(self):
         return bool(self.definitions)
+
+    def have_flakes(self):
+        return any(isinstance(table.get("phase"), dict) and {"fibres", "flakes"} & set(table["phase"])
+                   for table in self.definitions.values())
 
     def all(self):
         """For the scene's dictionary, before all that refers to them."""
