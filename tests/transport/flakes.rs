@@ -8,7 +8,6 @@ use glam::{Vec2, Vec3A};
 use tyndall::film::Image;
 use tyndall::math::{Stream, StreamKind};
 use tyndall::scene::Scene;
-use tyndall::transport::expression::Expression;
 use tyndall::transport::merge::settings::Continuation;
 use tyndall::transport::merge::{Beams, MergeSettings};
 use tyndall::transport::technique::PRESETS;
@@ -192,33 +191,13 @@ fn all_sets_agree_on_a_slab_of_fibres() {
     }
 }
 
-/// Each technique that merges, alone, makes all paths of up to six segments with a vertex among fibres without end, which a lamp
-/// lights: it agrees with connections on them. Biases of 5% are seen.
+/// What cannot be is refused where it stands.
 #[test]
-fn each_technique_alone_is_bpt_among_fibres() {
-    let scene = scenes::of(
-        "[film]\nwidth = 16\nheight = 16\n[camera]\norigin = [0, 0.2, 2.5]\ntarget = [0, 0, 0]\nfov = 45\n\
-         [world]\nmedium = 'hair'\n[medium.hair]\nsigma_t = [0.7, 0.8, 1]\nalbedo = 0.9\n\
-         phase = { fibres = { axis = [0.5, 1, 0.3], roughness = 0.25 } }\n\
-         [material.grey]\ndiffuse = { reflectance = 0.3 }\n\
-         [[shape]]\nrectangle = { corner = [-2, -2, -1.5], u = [4, 0, 0], v = [0, 4, 0] }\nmaterial = 'grey'\n\
-         [[shape]]\nsphere = { center = [-0.7, 1.3, 0.3], radius = 0.4 }\nemission = [20, 24, 30]\n",
+#[should_panic(expected = "inline.toml:9:22: fibres and flakes cannot be a part of what varies by place")]
+fn flakes_are_refused_by_place() {
+    scenes::of(
+        "[film]\nwidth = 8\nheight = 8\n[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\n[medium.both]\n\
+         sigma_t = 1\nphase = { by_place = { first = { fibres = { axis = [0, 1, 0], roughness = 0.2 } }, \
+         second = 'isotropic', share = { file = 'density.grid' } } }\nalbedo = 1\n[world]\nmedium = 'both'\n",
     );
-    let of = |names: &str, v: usize, detectable: f64| {
-        let settings = Settings {
-            merging: variant(v, gathers([0.05, 0.08, 0.05, 0.05, 0.03], [2000, 2500, 2000, 1500, 800])),
-            paths: Expression::parse("E.*M.*L").expect("an expression"),
-            min_length: 2,
-            max_length: 6,
-            seed: 660 + v as u64,
-            ..Settings::new(set(names))
-        };
-        let images = sharp_runs(&scene, &settings, detectable, 200);
-        println!("{names}: {:.5?}", mean_and_error(&image_means(&images)));
-        Means::of(&images)
-    };
-    let bpt = of("bpt", 0, 0.03);
-    for (v, names) in ["pp3d", "pb2d", "bp2d", "bb1d"].into_iter().enumerate() {
-        of(names, v, 0.04).assert_same(&bpt, &format!("{names} among fibres"), 0.05);
-    }
 }
