@@ -72,6 +72,11 @@ class Converter:
                            "hide_emitters": False},
             "sensor": self.sensor(camera, film, size),
         }
+        if self.media.have_flakes():
+            hittable = any("emission" in table for table in shapes) or any("environment" in table for table in lights)
+            if self.max_length > 2 or hittable:
+                raise Refused("fibres or flakes with paths of more than two segments or lights that can be hit: Mitsuba's `sggx` "
+                              "does not sample the density that it tells (its issue 1728)")
         for i, (table, body) in enumerate(zip(shapes, bodies)):
             shape = self.shape(table, body)
             if shape is not None:

@@ -22,14 +22,29 @@ def phase(definition):
     (kind, value), = definition.items()
     if kind == "hg":
         return {"type": "hg", "g": float(value)}
+    if kind in ("fibres", "flakes"):
+        return sggx(kind, *take(value, f"`{kind}`", axis=None, roughness=None))
     if kind != "mixture":
         raise Refused(f"the phase function `{kind}`")
     lobes = [take(lobe, "a mixture", weight=None, phase="isotropic") for lobe in value]
+    if any(isinstance(lobe, dict) and {"fibres", "flakes"} & set(lobe) for _, lobe in lobes):
+        raise Refused("fibres or flakes in a mixture")
     blend, total = phase(lobes[0][1]), float(lobes[0][0])
     for weight, other in lobes[1:]:
         total += weight
         blend = {"type": "blendphase", "weight": weight / total, "first": blend, "second": phase(other)}
     return blend
+
+
+def sggx(kind, axis, roughness):
+    """Flakes by the matrix of their squared areas: extinction goes with the area in Mitsuba's media as in ours."""
+    axis = np.array(axis, float) / np.linalg.norm(axis)
+    along, across = (roughness ** 2, 1) if kind == "fibres" else (1, roughness ** 2)
+    s = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+    numbers = np.array([s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[0, 2], s[1, 2]], np.float32)
+    # A grid of the same everywhere: a volume of one value has three numbers at most.
+    return {"type": "sggx", "S": {"type": "gridvolume", "grid": mi.VolumeGrid(np.tile(numbers, (2, 2, 2, 1))), "raw": True,
+                                  "wrap_mode": "clamp"}}
 
 
 def homogeneous(table):
@@ -158,6 +173,10 @@ class Media:
 
     def __bool__(self):
         return bool(self.definitions)
+
+    def have_flakes(self):
+        return any(isinstance(table.get("phase"), dict) and {"fibres", "flakes"} & set(table["phase"])
+                   for table in self.definitions.values())
 
     def all(self):
         """For the scene's dictionary, before all that refers to them."""

@@ -5,7 +5,7 @@
 //! collision is known from either end of an edge, does not depend on how the edge is cut into stretches, and no
 //! channel's collisions are rarer than a third of what they should be, however different the channels are.
 //!
-//! Let κ be σ_t in media that scatter and 0 in those that only absorb, and K_c = exp(−∫ κ_c) over an edge. Then, with
+//! Let κ be σ_t, of light along the edge, in media that scatter and 0 in those that only absorb, and K_c = exp(−∫ κ_c) over an edge. Then, with
 //! w_c = 1/3, the free-flight factor of the edge is
 //!
 //!   - Σ w_c κ_c K_c, 1/m, where it ends at a collision, with κ as it is there;

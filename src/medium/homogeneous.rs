@@ -53,9 +53,15 @@ impl Homogeneous {
         self.coefficients
     }
 
+    /// σ_t of light along `dir`.
     #[inline]
-    pub(super) fn optical_depth(&self, _: Vec3A, _: Vec3A, t0: f32, t1: f32) -> Rgb {
-        let sigma_t = self.coefficients.sigma_t;
+    fn sigma_t(&self, dir: Vec3A) -> Rgb {
+        self.coefficients.sigma_t * self.phase.area(dir)
+    }
+
+    #[inline]
+    pub(super) fn optical_depth(&self, _: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
+        let sigma_t = self.sigma_t(dir);
         // 0·∞ is 0 here: where there is nothing, there is nothing for ever.
         Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_t * (t1 - t0), Rgb::ZERO)
     }
@@ -69,13 +75,13 @@ impl Homogeneous {
     pub(super) fn invert(
         &self,
         _: Vec3A,
-        _: Vec3A,
+        dir: Vec3A,
         t0: f32,
         t1: f32,
         channel: usize,
         depth: f32,
     ) -> Result<f32, f32> {
-        let sigma_t = self.coefficients.sigma_t[channel];
+        let sigma_t = self.sigma_t(dir)[channel];
         // Also where there is no extinction, and where the stretch is empty; 0·∞ is no depth either.
         let whole = if sigma_t > 0.0 { sigma_t * (t1 - t0) } else { 0.0 };
         if depth >= whole {
@@ -100,10 +106,11 @@ impl Homogeneous {
     }
 
     /// e (1 − exp(−σd))/σ; e·d where σ is 0.
-    pub(super) fn emitted(&self, _: Vec3A, _: Vec3A, t0: f32, t1: f32) -> Rgb {
+    pub(super) fn emitted(&self, _: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
         let d = t1 - t0;
+        let sigma_t = self.sigma_t(dir);
         let channel = |i: usize| {
-            let (e, sigma) = (self.emission[i], self.coefficients.sigma_t[i]);
+            let (e, sigma) = (self.emission[i], sigma_t[i]);
             if e == 0.0 {
                 return 0.0;
             }
@@ -119,7 +126,9 @@ impl Homogeneous {
     }
 
     pub(super) fn summary(&self) -> MediumSummary {
-        let Coefficients { sigma_t, sigma_s } = self.coefficients;
+        let (sigma_t, sigma_s, mean_area) =
+            (self.coefficients.sigma_t, self.coefficients.sigma_s, self.phase.mean_area());
+        let (sigma_t, sigma_s) = (sigma_t * mean_area, sigma_s * mean_area);
         let there = sigma_t.cmpgt(Rgb::ZERO);
         MediumSummary {
             kind: "homogeneous",
@@ -127,6 +136,7 @@ impl Homogeneous {
             sigma_s,
             emission: self.emission,
             mean_free_path: Rgb::select(there, sigma_t.recip(), Rgb::INFINITY),
+            is_directional: self.phase.is_directional(),
             albedo: Rgb::select(there, sigma_s / sigma_t, Rgb::ZERO),
             phase: self.phase.describe(),
             mean_cosine: self.phase.mean_cosine(),

@@ -4,6 +4,10 @@
 //! through, where along it the next collision is, and where a collision sends it. Nothing outside this module may
 //! assume that coefficients are constant: a medium is a function of the point.
 //!
+//! Extinction may go with the direction, too, as it does where flakes are seen edge on: the coefficients at a point are those
+//! of light that meets what is there where most of it is seen, and those of light along ω are [`Medium::area`] of ω times as
+//! much. That is one factor along the whole of a ray; optical depths and all that is sampled by them have it.
+//!
 //! Lengths are metres, coefficients 1/m a colour channel each. A direction is a unit vector, and so a parameter along
 //! a ray is a distance.
 //!
@@ -25,13 +29,13 @@ pub mod volume;
 
 pub use free_flight::{Draw, Passage};
 pub use homogeneous::Homogeneous;
-pub use phase::{Phase, PhaseSample};
+pub use phase::{Phase, PhaseDensities, PhaseSample};
 pub use varying::Varying;
 
 use crate::math::{Rgb, Stream};
 use glam::{Vec2, Vec3A};
 
-/// What a medium does to light at a point.
+/// What a medium does to light at a point, where it goes in a direction in which [`Medium::area`] is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
     /// Extinction: absorption and scattering together, 1/m.
@@ -50,7 +54,7 @@ pub enum Medium {
 }
 
 impl Medium {
-    /// The coefficients at `p`.
+    /// The coefficients at `p`; of light along ω times [`Self::area`] of ω.
     #[inline]
     pub fn coefficients(&self, p: Vec3A) -> Coefficients {
         match self {
@@ -59,7 +63,14 @@ impl Medium {
         }
     }
 
-    /// ∫ σ_t over `t0`..`t1` of `origin` + t·`dir`, a channel each. `t1` may be infinite: then the depth is infinite in
+    /// What coefficients are multiplied by for light along the unit direction `dir`, or the opposite one: above 0, 1 at most, and 1 in
+    /// all directions but where there are flakes.
+    #[inline]
+    pub fn area(&self, dir: Vec3A) -> f32 {
+        self.phase().area(dir)
+    }
+
+    /// ∫ σ_t, as it is along `dir`, over `t0`..`t1` of `origin` + t·`dir`, a channel each. `t1` may be infinite: then the depth is infinite in
     /// channels in which the medium goes on for ever, and 0 in those in which there is none.
     #[inline]
     pub fn optical_depth(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
@@ -181,7 +192,7 @@ impl Medium {
         }
     }
 
-    /// σ_t as a collision finds it on average, 1/m: what the width of kernels goes by.
+    /// σ_t as a collision finds it on average, over all directions, 1/m: what the width of kernels goes by.
     pub fn typical_extinction(&self) -> Rgb {
         match self {
             Self::Homogeneous(_) => self.summary().sigma_t,
@@ -189,10 +200,11 @@ impl Medium {
         }
     }
 
-    /// The phase function at `p` between two directions: the densities per solid angle with which a light subpath that
-    /// came from `wl` goes on to `wc`, and a camera subpath from `wc` to `wl`. The latter is the value.
+    /// The phase function at `p` between two directions: its value, which times σ_s of [`Self::coefficients`] is what a path's
+    /// contribution has, and the densities per solid angle with which a light subpath that came from `wl` goes on to `wc`, and
+    /// a camera subpath from `wc` to `wl`.
     #[inline]
-    pub fn phase_densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> (f32, f32) {
+    pub fn phase_densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
         self.phase().densities(p, wl, wc)
     }
 
@@ -229,7 +241,8 @@ impl Medium {
         }
     }
 
-    /// Radiance that the stretch `t0`..`t1` of `origin` + t·`dir` itself sends back to `t0`: ∫ e(t) exp(−∫ σ_t) dt.
+    /// Radiance that the stretch `t0`..`t1` of `origin` + t·`dir` itself sends back to `t0`: ∫ e(t) exp(−∫ σ_t) dt, where e is the
+    /// same in all directions.
     /// `t1` may be infinite, see [`Self::shines_without_bound`].
     pub fn emitted(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
         match self {
@@ -264,7 +277,7 @@ impl Medium {
     }
 }
 
-/// What there is to tell of a medium; means are over its volume.
+/// What there is to tell of a medium; means are over its volume and over all directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MediumSummary {
     /// What kind of medium it is.
@@ -277,6 +290,8 @@ pub struct MediumSummary {
     pub emission: Rgb,
     /// Mean distance to a collision, 1/σ_t, in metres; infinite in channels without extinction.
     pub mean_free_path: Rgb,
+    /// Whether extinction goes with the direction: then there is more and less of it than `sigma_t`.
+    pub is_directional: bool,
     /// σ_s/σ_t; 0 in channels without extinction.
     pub albedo: Rgb,
     /// The phase function in words.

@@ -174,14 +174,14 @@ impl Varying {
     pub(super) fn optical_depth(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
         match &self.extinction {
             Extinction::Scaled(Density::Grid(grid), sigma_t) => {
-                *sigma_t * grid.integral(origin, dir, t0, t1) as f32
+                *sigma_t * self.phase.area(dir) * grid.integral(origin, dir, t0, t1) as f32
             }
             Extinction::Scaled(Density::Height(fog), sigma_t) => {
-                let integral = fog.integral(origin, dir, t0, t1) as f32;
+                let integral = self.phase.area(dir) * fog.integral(origin, dir, t0, t1) as f32;
                 // 0·∞ is 0 here, as in a homogeneous medium.
                 Rgb::select(sigma_t.cmpgt(Rgb::ZERO), *sigma_t * integral, Rgb::ZERO)
             }
-            Extinction::Colored(grid) => grid.integral(origin, dir, t0, t1).as_vec3a(),
+            Extinction::Colored(grid) => grid.integral(origin, dir, t0, t1).as_vec3a() * self.phase.area(dir),
         }
     }
 
@@ -219,20 +219,25 @@ impl Varying {
         }
         let wanted = f64::from(depth);
         let left = |passed: f64| (wanted - passed).max(0.0) as f32;
+        let area = self.phase.area(dir);
         match &self.extinction {
-            Extinction::Colored(grid) => match grid.advance(origin, dir, t0, t1, channel, wanted) {
-                Ok((t, sum)) => (Ok(t), sum.as_vec3a()),
-                Err(sum) => (Err(left(sum[channel])), sum.as_vec3a()),
-            },
+            Extinction::Colored(grid) => {
+                let wide = f64::from(area);
+                match grid.advance(origin, dir, t0, t1, channel, wanted / wide) {
+                    Ok((t, sum)) => (Ok(t), sum.as_vec3a() * area),
+                    Err(sum) => (Err(left(wide * sum[channel])), sum.as_vec3a() * area),
+                }
+            }
             Extinction::Scaled(Density::Grid(grid), sigma_t) if sigma_t[channel] > 0.0 => {
+                let sigma_t = *sigma_t * area;
                 let sigma = f64::from(sigma_t[channel]);
                 match grid.advance(origin, dir, t0, t1, channel, wanted / sigma) {
-                    Ok((t, sum)) => (Ok(t), *sigma_t * sum as f32),
-                    Err(sum) => (Err(left(sigma * sum)), *sigma_t * sum as f32),
+                    Ok((t, sum)) => (Ok(t), sigma_t * sum as f32),
+                    Err(sum) => (Err(left(sigma * sum)), sigma_t * sum as f32),
                 }
             }
             Extinction::Scaled(density, sigma_t) => {
-                let sigma = f64::from(sigma_t[channel]);
+                let sigma = f64::from(sigma_t[channel] * area);
                 let end = match density {
                     Density::Height(fog) if sigma > 0.0 => {
                         fog.invert(origin, dir, t0, t1, wanted / sigma).map_err(|sum| left(sigma * sum))
@@ -295,8 +300,9 @@ impl Varying {
                     Density::Grid(grid) => grid.integral(origin, dir, t0, t1),
                     Density::Height(fog) => fog.integral(origin, dir, t0, t1),
                 };
+                let area = self.phase.area(dir);
                 let channel = |i: usize| {
-                    let (e, sigma) = (f64::from(e[i]), f64::from(sigma_t[i]));
+                    let (e, sigma) = (f64::from(e[i]), f64::from(sigma_t[i] * area));
                     let emitted = if e == 0.0 {
                         0.0
                     } else if sigma > 0.0 {
@@ -408,9 +414,11 @@ impl Varying {
         if i == 0 {
             return rest;
         }
+        // Those that are kept are as if all were seen.
+        let area = self.phase.area(dir);
         match &self.extinction {
-            Extinction::Scaled(_, sigma_t) => *sigma_t * depths[i - 1] + rest,
-            Extinction::Colored(_) => Rgb::from_slice(&depths[3 * (i - 1)..3 * i]) + rest,
+            Extinction::Scaled(_, sigma_t) => *sigma_t * area * depths[i - 1] + rest,
+            Extinction::Colored(_) => Rgb::from_slice(&depths[3 * (i - 1)..3 * i]) * area + rest,
         }
     }
 
@@ -442,9 +450,9 @@ impl Varying {
         extinction + scattering + emission
     }
 
-    /// σ_t as a collision finds it on average: the mean over the medium's extinction, not over its volume.
+    /// σ_t as a collision finds it on average: the mean over the medium's extinction, not over its volume, and over all directions.
     pub(super) fn typical(&self) -> Rgb {
-        match &self.extinction {
+        let where_most_is_seen = match &self.extinction {
             Extinction::Scaled(Density::Height(_), sigma_t) => *sigma_t,
             Extinction::Scaled(Density::Grid(grid), sigma_t) => {
                 let (sum, squares) = grid.lattice().values().fold((0.0, 0.0), |(sum, squares), v| {
@@ -461,7 +469,8 @@ impl Varying {
                 });
                 glam::DVec3::select(sum.cmpgt(zero), squares / sum, zero).as_vec3a()
             }
-        }
+        };
+        where_most_is_seen * self.phase.mean_area()
     }
 
     pub(super) fn summary(&self) -> MediumSummary {
@@ -470,10 +479,12 @@ impl Varying {
             Extinction::Scaled(Density::Grid(grid), sigma_t) => ("grid", *sigma_t * mean(grid).x),
             Extinction::Colored(grid) => ("grid of colours", mean(grid)),
         };
+        let mean_area = self.phase.mean_area();
+        let sigma_t = sigma_t * mean_area;
         let there = sigma_t.cmpgt(Rgb::ZERO);
         let sigma_s = match &self.scattering {
             Scattering::Albedo(albedo) => sigma_t * *albedo,
-            Scattering::Rates(grid) => mean(grid),
+            Scattering::Rates(grid) => mean(grid) * mean_area,
             // Not weighted with the density: for people only.
             Scattering::AlbedoGrid(grid) => sigma_t * mean(grid),
         };
@@ -491,6 +502,7 @@ impl Varying {
                 Emission::Colored(grid, e) => *e * mean(grid),
             },
             mean_free_path: Rgb::select(there, sigma_t.recip(), Rgb::INFINITY),
+            is_directional: self.phase.is_directional(),
             albedo: Rgb::select(there, sigma_s / sigma_t, Rgb::ZERO),
             phase: self.phase.describe(),
             mean_cosine: self.phase.mean_cosine(),

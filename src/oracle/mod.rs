@@ -167,10 +167,13 @@ impl FullPath {
         }
     }
 
-    /// σ_t of vertex i in a medium; 1 of any other.
-    fn rate(&self, i: usize, edge: usize) -> DVec3 {
+    /// σ_t of vertex i in a medium, as light along the edge finds it; 1 of any other.
+    fn rate(&self, scene: &Scene, i: usize, edge: usize) -> DVec3 {
         match self.place(i, edge) {
-            Some(Place::Medium(collision)) => d(collision.coefficients.sigma_t),
+            Some(Place::Medium(collision)) => {
+                let medium = &scene.media[collision.medium as usize];
+                d(collision.coefficients.sigma_t) * seen(medium, self.direction(scene, edge))
+            }
             _ => DVec3::ONE,
         }
     }
@@ -211,6 +214,7 @@ impl FullPath {
                 Medium::Homogeneous(_) => d(medium.coefficients(point).sigma_t) * (cut[1] - cut[0]),
                 Medium::Varying(_) => quadrature(medium, start, dir, cut[0], cut[1]),
             };
+            let depth = depth * seen(medium, dir);
             all += depth;
             if medium.scatters() && !pass.is_tracked(medium) {
                 scattering += depth;
@@ -228,7 +232,12 @@ impl FullPath {
     }
 }
 
-/// ∫ σ_t from points alone. Out of a grid's box there is nothing, so an infinite end does no harm.
+/// What the coefficients of a medium are multiplied by for light along `w`.
+fn seen(medium: &Medium, w: DVec3) -> f64 {
+    f64::from(medium.area(w.as_vec3a()))
+}
+
+/// ∫ σ_t from points alone, as if all that is there were seen. Out of a grid's box there is nothing, so an infinite end does no harm.
 fn quadrature(medium: &Medium, start: DVec3, dir: DVec3, t0: f64, t1: f64) -> DVec3 {
     const POINTS: usize = 800;
     let length = t1.min(t0 + 10.0) - t0;
@@ -240,13 +249,14 @@ fn quadrature(medium: &Medium, start: DVec3, dir: DVec3, t0: f64, t1: f64) -> DV
 fn in_medium(scene: &Scene, pass: &Pass, collision: &Collision, wl: Vec3A, wc: Vec3A) -> Interior {
     let medium = &scene.media[collision.medium as usize];
     let coefficients = collision.coefficients;
-    let (forward, phase) = medium.phase_densities(collision.p, wl, wc);
+    let phase = medium.phase_densities(collision.p, wl, wc);
     // Camera subpaths go on more rarely where something merges in media.
     let most = pass.thinning.continuation(collision.medium);
-    // What a camera subpath samples is the value itself.
-    let light = f64::from(forward) * f64::from(medium.continuation(&coefficients));
-    let camera = f64::from(phase) * f64::from(medium.continuation(&coefficients).min(most));
-    Interior { specular: false, light, camera, value: d(coefficients.sigma_s) * f64::from(phase) }
+    let light = f64::from(phase.light) * f64::from(medium.continuation(&coefficients));
+    let camera = f64::from(phase.camera) * f64::from(medium.continuation(&coefficients).min(most));
+    // σ_s of light toward the camera, and how it is scattered there.
+    let value = d(coefficients.sigma_s) * seen(medium, d(wc)) * f64::from(phase.camera);
+    Interior { specular: false, light, camera, value }
 }
 
 fn on_surface(scene: &Scene, point: &SurfacePoint, wl: Vec3A, wc: Vec3A, end: bool) -> Interior {
@@ -302,7 +312,7 @@ pub fn judge(scene: &Scene, pass: &Pass, path: &FullPath, made_by: MadeBy) -> Ve
 
     let depths: Vec<(DVec3, DVec3)> = (0..k).map(|i| path.depths(scene, pass, i)).collect();
     // The free-flight factor of an edge as sampled so that it ends in vertex `end`: one of three channels is drawn from.
-    let flight = |edge: usize, end: usize| path.rate(end, edge).dot((-depths[edge].1).exp()) / 3.0;
+    let flight = |edge: usize, end: usize| path.rate(scene, end, edge).dot((-depths[edge].1).exp()) / 3.0;
 
     let mut p = vec![0.0; k + 1];
     let mut r = vec![0.0; k + 1];

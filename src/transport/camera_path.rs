@@ -214,7 +214,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         } else {
             0.0
         };
-        let density = passage.density(place.rate());
+        let density = passage.density(place.rate(self.scene, light.dir));
         let forward = lights.pdf_direction(&light.point, -light.dir) * (cosine * falloff * density);
         let beam = self.pass.beam(Mode::Importance, &passage, density);
         let merges = vertex.merges(self.pass, Mode::Radiance, light.dir).with(beam);
@@ -279,8 +279,8 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let (to_light, to_camera) =
-            (passage.density(other.place.rate()), passage.density(vertex.place.rate()));
+        let to_light = passage.density(other.place.rate(self.scene, dir));
+        let to_camera = passage.density(vertex.place.rate(self.scene, dir));
         let reverse = at_camera.pdf_camera * (light_cosine / d2 * to_light);
         let forward = at_light.pdf_light * (camera_geometry * to_camera);
         let light_merges = other.merges(self.pass, Mode::Importance, -dir).with(self.pass.beam(

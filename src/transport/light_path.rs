@@ -219,7 +219,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let density = passage.density(vertex.place.rate());
+        let density = passage.density(vertex.place.rate(self.scene, dir));
         let reverse = geometry * density;
         let beam = self.pass.beam(Mode::Radiance, &passage, density);
         let merges = vertex.merges(self.pass, Mode::Importance, -dir).with(beam);

@@ -76,12 +76,15 @@ impl Place {
         }
     }
 
-    /// What [`crate::medium::Passage::density`] takes for an edge that ends here: σ_t in a medium, 1 on a surface.
+    /// What [`crate::medium::Passage::density`] takes for an edge along the unit direction `dir`, or the opposite one, that ends
+    /// here: σ_t of light along it in a medium, 1 on a surface.
     #[inline]
-    pub fn rate(&self) -> Rgb {
+    pub fn rate(&self, scene: &Scene, dir: Vec3A) -> Rgb {
         match self {
             Self::Surface(_) => Rgb::ONE,
-            Self::Medium(collision) => collision.coefficients.sigma_t,
+            Self::Medium(collision) => {
+                collision.coefficients.sigma_t * scene.media[collision.medium as usize].area(dir)
+            }
         }
     }
 
@@ -141,7 +144,7 @@ pub struct Vertex {
 pub struct Scattering {
     /// On a surface f(wl→wc) · |wl·ns| / |wl·ng|: the BSDF as it stands in the path's contribution, whose geometry terms
     /// take the geometric normals. Shading normals are no longer symmetric there [Veach 1997, 5.3.2]. In a medium
-    /// σ_s · phase.
+    /// σ_s · phase, the same from either side.
     pub value: Rgb,
     /// Density per solid angle, with continuation, with which a light subpath goes on toward wc.
     pub pdf_light: f32,
@@ -403,13 +406,14 @@ fn arrive<V: Visitor>(
     visitor: &V,
 ) -> Option<Vertex> {
     let passage = &arrival.passage;
-    let own = passage.density(place.rate());
+    let rate = place.rate(scene, flight.ray.dir);
+    let own = passage.density(rate);
     if own <= 0.0 {
         return None;
     }
     let length = flight.length + 1;
     let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
-    let at = (place.rate(), place.cosine(flight.ray.dir));
+    let at = (rate, place.cosine(flight.ray.dir));
     let (link, beam) = flight.link(pass, V::MODE, arrival.distance + flight.skipped, passage, at, count);
     let (outside, beam) = match &place {
         Place::Surface(point) => (scene.solids.outside_index(point.shape, &arrival.inside), 0.0),
@@ -518,20 +522,15 @@ fn leave_collision<V: Visitor>(
         return None;
     }
     let u = (random.next_1d(), random.next_2d());
-    let PhaseSample { to: dir, pdf: phase, reverse: phase_back } =
+    let PhaseSample { to: dir, pdf: phase, reverse: phase_back, weight } =
         medium.sample_phase(collision.p, vertex.to_previous, u);
-    // The value is the density of a camera subpath: phase / its density is 1 there.
-    let weight = match V::MODE {
-        Mode::Importance if phase_back != phase => phase_back / phase,
-        _ => 1.0,
-    };
     let reverse = pass.continuation(other(V::MODE), indexed, &collision.coefficients) * phase_back;
     Some(Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
         skipped: 0.0,
         inside: vertex.inside,
-        rate: collision.coefficients.sigma_t,
+        rate: vertex.place.rate(scene, dir),
         throughput: vertex.throughput * collision.coefficients.sigma_s * (weight / continuation),
         pdf: continuation * phase,
         cosine: 1.0,

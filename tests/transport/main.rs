@@ -11,6 +11,7 @@ mod chosen;
 mod closed_forms;
 mod collect;
 mod film;
+mod flakes;
 mod grids;
 mod invariants;
 mod lengths;

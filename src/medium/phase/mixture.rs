@@ -1,4 +1,7 @@
 //! A weighted mean of phase functions.
+//!
+//! Each part is a share of what collides. Where flakes are among them, what is seen of all is the weighted sum of what is seen of
+//! each, σ(ω) = Σ w σ_i(ω), and so is the value; light that comes from ω meets a part with the probability w σ_i(ω) / σ(ω).
 
 use super::Phase;
 use glam::{Vec2, Vec3A};
@@ -7,6 +10,7 @@ use glam::{Vec2, Vec3A};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixture {
     lobes: Box<[Lobe]>,
+    directional: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -36,10 +40,9 @@ impl Mixture {
                 Phase::Mixture(inner) => simple.extend(
                     inner.lobes.into_iter().map(|lobe| (weight * f64::from(lobe.weight), lobe.phase)),
                 ),
-                Phase::Sggx(_) | Phase::ByPlace(_) => {
+                Phase::ByPlace(_) => {
                     return Err(
-                        "flakes and what varies by place cannot be parts of a mixture: mix them by place"
-                            .into(),
+                        "what varies by place cannot be a part of a mixture: mix its parts by place".into()
                     );
                 }
                 phase => simple.push((weight, phase)),
@@ -51,7 +54,29 @@ impl Mixture {
             until += weight / total;
             Lobe { weight: (weight / total) as f32, until: until as f32, phase }
         };
-        Ok(Self { lobes: simple.into_iter().map(lobe).collect() })
+        let lobes: Box<[Lobe]> = simple.into_iter().map(lobe).collect();
+        let directional = lobes.iter().any(|lobe| lobe.phase.is_directional());
+        Ok(Self { lobes, directional })
+    }
+
+    #[inline]
+    pub(super) fn is_directional(&self) -> bool {
+        self.directional
+    }
+
+    #[inline]
+    pub(super) fn area(&self, w: Vec3A) -> f32 {
+        if !self.directional {
+            return 1.0;
+        }
+        self.lobes.iter().map(|lobe| lobe.weight * lobe.phase.area(w)).sum()
+    }
+
+    pub(super) fn mean_area(&self) -> f32 {
+        if !self.directional {
+            return 1.0;
+        }
+        self.lobes.iter().map(|lobe| lobe.weight * lobe.phase.mean_area()).sum()
     }
 
     pub(super) fn evaluate(&self, wl: Vec3A, wc: Vec3A) -> f32 {
@@ -59,13 +84,35 @@ impl Mixture {
     }
 
     pub(super) fn sample(&self, from: Vec3A, u: (f32, Vec2)) -> (Vec3A, f32) {
+        if self.directional {
+            return self.sample_seen(from, u);
+        }
         let last = self.lobes.len() - 1;
         let picked = self.lobes[..last].iter().find(|lobe| u.0 < lobe.until).unwrap_or(&self.lobes[last]);
         let (to, _) = picked.phase.sample(from, u);
         (to, self.evaluate(from, to))
     }
 
+    /// A part is picked by what is seen of it.
+    fn sample_seen(&self, from: Vec3A, u: (f32, Vec2)) -> (Vec3A, f32) {
+        let area = self.area(from);
+        let mut left = u.0 * area;
+        let last = self.lobes.len() - 1;
+        let picked = self.lobes[..last].iter().find(|lobe| {
+            left -= lobe.weight * lobe.phase.area(from);
+            left < 0.0
+        });
+        let (to, _) = picked.unwrap_or(&self.lobes[last]).phase.sample(from, u);
+        (to, self.evaluate(from, to) / area)
+    }
+
+    /// The mean over all directions of light, too; what each part is seen from them with counts.
     pub(super) fn mean_cosine(&self) -> f32 {
+        if self.directional {
+            let seen = |lobe: &Lobe| lobe.weight * lobe.phase.mean_area();
+            return self.lobes.iter().map(|l| seen(l) * l.phase.mean_cosine()).sum::<f32>()
+                / self.mean_area();
+        }
         self.lobes.iter().map(|lobe| lobe.weight * lobe.phase.mean_cosine()).sum()
     }
 

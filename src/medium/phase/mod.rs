@@ -2,8 +2,13 @@
 //!
 //! Both directions are unit vectors and point away from the vertex, `wl` toward the light's side of the path and `wc`
 //! toward the camera's: light that goes straight on has wl = −wc, and the cosine of the deflection is −wl·wc. All
-//! phase functions here are sampled exactly, and but for [`sggx`] they are reciprocal: the value is the density of a sample
-//! from either side, per solid angle, and a sample's weight is 1.
+//! phase functions here are sampled exactly.
+//!
+//! What collides with light may be seen from its direction ω with more or less area, σ(ω) relative to the largest, as flakes
+//! are ([`sggx`]): [`Phase::area`]. σ_t and σ_s of light along ω are then a medium's coefficients at the place times σ(ω). That
+//! factor is in a phase function's value, so that all are reciprocal: the value is σ(ω) times the density, per solid angle, of
+//! a sample for a walk that came from ω, whichever of the two directions that is. What is no flake has σ = 1, and its value is the
+//! density.
 
 pub mod by_place;
 pub mod droplets;
@@ -45,6 +50,25 @@ pub enum Phase {
     ByPlace(Box<ByPlace>),
 }
 
+/// A phase function between two directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseDensities {
+    /// The value, 1/sr: the same from either side.
+    pub value: f32,
+    /// Density per solid angle with which a light subpath goes on: the value over σ(wl).
+    pub light: f32,
+    /// Density per solid angle with which a camera subpath goes on: the value over σ(wc).
+    pub camera: f32,
+}
+
+impl PhaseDensities {
+    /// Of what looks alike from all sides: the value is the density of either.
+    #[inline]
+    const fn even(value: f32) -> Self {
+        Self { value, light: value, camera: value }
+    }
+}
+
 /// A direction to go on to.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseSample {
@@ -54,11 +78,50 @@ pub struct PhaseSample {
     pub pdf: f32,
     /// Density per solid angle with which a walk that came from `to` goes on to where this one came from.
     pub reverse: f32,
+    /// The value over `pdf`: σ of where the walk came from.
+    pub weight: f32,
+}
+
+impl PhaseSample {
+    #[inline]
+    const fn even(to: Vec3A, pdf: f32) -> Self {
+        Self { to, pdf, reverse: pdf, weight: 1.0 }
+    }
 }
 
 impl Phase {
-    /// Its value, 1/sr: also the density per solid angle with which `sample(wl)` gives wc, and `sample(wc)` wl, but for
-    /// those of which [`Self::densities`] says something else. Of one that varies by place, at the origin.
+    /// Whether what collides is seen from some directions more than from others.
+    #[inline]
+    pub fn is_directional(&self) -> bool {
+        match self {
+            Self::Sggx(_) => true,
+            Self::Mixture(p) => p.is_directional(),
+            _ => false,
+        }
+    }
+
+    /// σ(`w`): how much of what collides is seen from the unit direction `w`, or from the opposite one, relative to where it is seen
+    /// best. Coefficients of light along `w` are those of the place times this.
+    #[inline]
+    pub fn area(&self, w: Vec3A) -> f32 {
+        match self {
+            Self::Sggx(p) => p.area(w),
+            Self::Mixture(p) => p.area(w),
+            _ => 1.0,
+        }
+    }
+
+    /// [`Self::area`], the mean over all directions.
+    pub fn mean_area(&self) -> f32 {
+        match self {
+            Self::Sggx(p) => p.mean_area(),
+            Self::Mixture(p) => p.mean_area(),
+            _ => 1.0,
+        }
+    }
+
+    /// Its value, 1/sr: also the density per solid angle with which `sample(wl)` gives wc, and `sample(wc)` wl, but where it
+    /// [`Self::is_directional`]. Of one that varies by place, at the origin.
     #[inline]
     pub fn evaluate(&self, wl: Vec3A, wc: Vec3A) -> f32 {
         match self {
@@ -68,8 +131,8 @@ impl Phase {
             Self::Mixture(p) => p.evaluate(wl, wc),
             Self::Draine(p) => p.evaluate(wl, wc),
             Self::Tabulated(p) => p.evaluate(wl, wc),
-            Self::Sggx(p) => p.densities(wl, wc).1,
-            Self::ByPlace(p) => p.densities(Vec3A::ZERO, wl, wc).1,
+            Self::Sggx(p) => p.value(wl, wc),
+            Self::ByPlace(p) => p.value(Vec3A::ZERO, wl, wc),
         }
     }
 
@@ -86,7 +149,7 @@ impl Phase {
             Self::Tabulated(p) => p.sample(from, u.1),
             Self::Sggx(p) => {
                 let to = p.sample(from, u.1);
-                (to, p.densities(from, to).0)
+                (to, p.value(from, to) / p.area(from))
             }
             Self::ByPlace(p) => {
                 let sample = p.sample(Vec3A::ZERO, from, u);
@@ -95,33 +158,32 @@ impl Phase {
         }
     }
 
-    /// The densities per solid angle, at the point `p`, with which a walk that came from `wl` goes on to `wc`, and one from
-    /// `wc` to `wl`. The latter is the value: light that is everywhere the same stays so.
+    /// The value at the point `p`, and the densities of a light subpath that came from `wl` and goes on to `wc`, and of a camera
+    /// subpath from `wc` to `wl`.
     #[inline]
-    pub fn densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> (f32, f32) {
-        match self {
-            Self::Sggx(phase) => phase.densities(wl, wc),
-            Self::ByPlace(phase) => phase.densities(p, wl, wc),
-            _ => {
-                let value = self.evaluate(wl, wc);
-                (value, value)
-            }
+    pub fn densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
+        let value = match self {
+            Self::ByPlace(phase) => phase.value(p, wl, wc),
+            _ => self.evaluate(wl, wc),
+        };
+        if !self.is_directional() {
+            return PhaseDensities::even(value);
         }
+        PhaseDensities { value, light: value / self.area(wl), camera: value / self.area(wc) }
     }
 
     /// [`Self::sample`] at the point `p`, with the density of the way back.
     #[inline]
     pub fn sample_at(&self, p: Vec3A, from: Vec3A, u: (f32, Vec2)) -> PhaseSample {
         match self {
-            Self::Sggx(phase) => {
-                let to = phase.sample(from, u.1);
-                let (pdf, reverse) = phase.densities(from, to);
-                PhaseSample { to, pdf, reverse }
-            }
             Self::ByPlace(phase) => phase.sample(p, from, u),
             _ => {
                 let (to, pdf) = self.sample(from, u);
-                PhaseSample { to, pdf, reverse: pdf }
+                if !self.is_directional() {
+                    return PhaseSample::even(to, pdf);
+                }
+                let weight = self.area(from);
+                PhaseSample { to, pdf, reverse: pdf * weight / self.area(to), weight }
             }
         }
     }
@@ -129,7 +191,7 @@ impl Phase {
     /// Mean cosine of the deflection: 1 straight on, −1 straight back.
     pub fn mean_cosine(&self) -> f32 {
         match self {
-            // Of flakes it varies with the direction that light comes from; over all of them it is 0.
+            // Of flakes it varies with the direction that light comes from; over all of them, as often as they are met, it is 0.
             Self::Isotropic | Self::Rayleigh | Self::Sggx(_) => 0.0,
             Self::Draine(p) => p.mean_cosine(),
             Self::Tabulated(p) => p.mean_cosine(),

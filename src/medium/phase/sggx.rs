@@ -1,14 +1,13 @@
-//! Fibres and flakes: the phase function of specular microflakes whose normals have the distribution SGGX [Heitz et al. 2015].
+//! Fibres and flakes: specular microflakes [Jakob et al. 2010] whose normals have the distribution SGGX [Heitz et al. 2015].
 //!
 //! The distribution is that of the normals of an ellipsoid: with S the symmetric matrix of the squares of its projected areas,
-//! a flake is seen from ω with the area σ(ω) = sqrt(ωᵀ S ω), and light that comes from ω is sent to ω' with the density
-//! D(h) / (4 σ(ω)), where h is the half vector. That is not the same from both sides: σ(ω) ≠ σ(ω').
+//! a flake is seen from ω with the area σ(ω) = ∫ ⟨ω, m⟩ D(m) dm = sqrt(ωᵀ S ω), and light that comes from ω is sent to ω' with the
+//! density D(h) / (4 σ(ω)), where h is the half vector. What is seen is what collides: so the extinction goes with σ(ω).
+//! S is scaled such that σ is 1 where it is largest, across fibres and along the axis of flakes: a medium's coefficients
+//! are those of light in such a direction, and σ_t σ(ω) and σ_s σ(ω) those of light along ω.
 //!
-//! What is supported, exactly: this phase function under an extinction that is the same in all directions. The value is the
-//! density with which a camera subpath goes on, D(h) / (4 σ(wc)), so that light that is everywhere the same stays so; a light subpath
-//! goes on with D(h) / (4 σ(wl)), and its contribution is multiplied by the quotient, σ(wl)/σ(wc). Both densities enter the weights.
-//! The extinction of real flakes goes with σ(ω), too; that is not supported, as coefficients here are functions of the place
-//! alone.
+//! The two densities of a pair of directions differ, σ(ω) ≠ σ(ω'); both enter the weights. The value, with the extinction's
+//! factor in it, is D(h) / 4 from either side.
 
 use crate::math::Frame;
 use glam::{Mat3A, Vec2, Vec3A};
@@ -23,6 +22,8 @@ pub struct Sggx {
     scale: f32,
     roughness: f32,
     fibre: bool,
+    /// σ, the mean over all directions.
+    mean_area: f32,
 }
 
 impl Sggx {
@@ -48,12 +49,18 @@ impl Sggx {
             scale: 1.0 / (PI * determinant.sqrt()),
             roughness,
             fibre,
+            mean_area: mean_area(f64::from(roughness), fibre) as f32,
         })
     }
 
+    /// σ(ω), from the roughness to 1; the same from either side.
     #[inline]
-    fn area(&self, w: Vec3A) -> f32 {
+    pub(super) fn area(&self, w: Vec3A) -> f32 {
         w.dot(self.s * w).max(0.0).sqrt()
+    }
+
+    pub(super) fn mean_area(&self) -> f32 {
+        self.mean_area
     }
 
     /// D [Heitz et al. 2015, (12)]: 1 / (π sqrt(det S) (ωᵀ S⁻¹ ω)²).
@@ -63,13 +70,11 @@ impl Sggx {
         self.scale / (q * q)
     }
 
-    /// The densities with which a walk that came from `a` goes on to `b`, and the other way round.
+    /// D(h) / 4: the density with which a walk that came from `a` goes on to `b`, times σ(a), and the other way round.
     #[inline]
-    pub(super) fn densities(&self, a: Vec3A, b: Vec3A) -> (f32, f32) {
+    pub(super) fn value(&self, a: Vec3A, b: Vec3A) -> f32 {
         // Straight on the half vector is all rounding, any vector across; D is the same whatever its length but for that.
-        let Some(h) = (a + b).try_normalize() else { return (0.0, 0.0) };
-        let d = 0.25 * self.distribution(h);
-        (d / self.area(a), d / self.area(b))
+        (a + b).try_normalize().map_or(0.0, |h| 0.25 * self.distribution(h))
     }
 
     /// A direction for a walk that came from `from`: by a normal that is visible from there [Heitz et al. 2015, 4.2].
@@ -98,5 +103,19 @@ impl Sggx {
     pub(super) fn describe(&self) -> String {
         let kind = if self.fibre { "fibres" } else { "flakes" };
         format!("specular {kind} (SGGX) of the roughness {}", self.roughness)
+    }
+}
+
+/// The mean over all directions of sqrt(across sin² + along cos²), squares of areas: ∫ over the cosine from 0 to 1. By Cauchy, a
+/// quarter of the surface of a spheroid with these areas.
+fn mean_area(roughness: f64, fibre: bool) -> f64 {
+    let e = (1.0 - roughness * roughness).sqrt();
+    if e < 1e-3 {
+        // Round, as far as f32 can tell: what is left of the quotients below is of the order e².
+        return 1.0;
+    }
+    match fibre {
+        true => 0.5 * (roughness + e.asin() / e),
+        false => 0.5 * (1.0 + roughness * roughness * (e / roughness).asinh() / e),
     }
 }

@@ -1,5 +1,6 @@
 //! Phase functions, free flight and emission against their definitions.
 
+mod flakes;
 mod free_flight;
 mod grid;
 mod height;

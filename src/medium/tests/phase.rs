@@ -221,30 +221,37 @@ fn tables_are_linear_between_their_entries() {
     }
 }
 
-/// Both densities integrate to 1, samples follow the first, and D h / 4 is the same from both sides.
+/// Both densities integrate to 1, samples follow the first, and the value, D(h) / 4, is the same from both sides.
 #[test]
 fn flakes_are_sampled_by_what_is_seen_of_them() {
-    for (i, (roughness, fibre)) in
-        [(0.3, true), (0.3, false), (1.0, false), (0.6, true)].into_iter().enumerate()
+    let axis = |i: u64| random_direction(30 + i);
+    for (i, phase) in [
+        flakes(axis(0), 0.3, true),
+        flakes(axis(1), 0.3, false),
+        flakes(axis(2), 1.0, false),
+        flakes(axis(3), 0.6, true),
+        yarn(),
+    ]
+    .into_iter()
+    .enumerate()
     {
-        let axis = random_direction(30 + i as u64);
-        let phase = Phase::Sggx(Sggx::new(axis, roughness, fibre).expect("flakes"));
         for from in [random_direction(40 + i as u64), random_direction(50 + i as u64)] {
             Cap::SPHERE.assert_sampler(
                 &format!("{} {from}", phase.describe()),
                 200_000,
-                |s| Some(phase.sample_at(Vec3A::ZERO, from, (0.5, s.next_2d())).to),
-                |to| phase.densities(Vec3A::ZERO, from, to).0,
+                |s| Some(phase.sample_at(Vec3A::ZERO, from, (s.next_1d(), s.next_2d())).to),
+                |to| phase.densities(Vec3A::ZERO, from, to).light,
             );
             let mut s = stream(60);
             for _ in 0..1000 {
-                let sample = phase.sample_at(Vec3A::ZERO, from, (0.5, s.next_2d()));
-                let (there, back) = phase.densities(Vec3A::ZERO, from, sample.to);
-                assert!(
-                    (sample.pdf / there - 1.0).abs() < 1e-3 && (sample.reverse / back - 1.0).abs() < 1e-3
-                );
-                let swapped = phase.densities(Vec3A::ZERO, sample.to, from);
-                assert!((swapped.0 / back - 1.0).abs() < 1e-3 && (swapped.1 / there - 1.0).abs() < 1e-3);
+                let sample = phase.sample_at(Vec3A::ZERO, from, (s.next_1d(), s.next_2d()));
+                let there = phase.densities(Vec3A::ZERO, from, sample.to);
+                let near = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-3;
+                assert!(near(sample.pdf, there.light) && near(sample.reverse, there.camera));
+                assert!(near(sample.pdf * sample.weight, there.value));
+                let back = phase.densities(Vec3A::ZERO, sample.to, from);
+                assert!(near(back.light, there.camera) && near(back.camera, there.light));
+                assert_eq!(back.value.to_bits(), there.value.to_bits());
             }
         }
     }
@@ -252,11 +259,94 @@ fn flakes_are_sampled_by_what_is_seen_of_them() {
     assert!(Sggx::new(Vec3A::X, 0.0, true).expect_err("too smooth").contains("roughness"));
 }
 
+fn flakes(axis: Vec3A, roughness: f32, fibre: bool) -> Phase {
+    Phase::Sggx(Sggx::new(axis, roughness, fibre).expect("flakes"))
+}
+
+/// Fibres one way and flakes another, with dust between.
+fn yarn() -> Phase {
+    let lobes = vec![
+        (0.5, flakes(random_direction(35), 0.3, true)),
+        (0.2, lobe(0.3)),
+        (0.3, flakes(random_direction(36), 0.4, false)),
+    ];
+    Phase::Mixture(Mixture::new(lobes).expect("positive weights"))
+}
+
+/// ∫ f(ω, m) over the hemisphere of m about `w`, times ⟨ω, m⟩, by the midpoint rule in the cosine's square and in the angle.
+fn seen(w: Vec3A, f: impl Fn(Vec3A) -> f64) -> f64 {
+    const N: usize = 500;
+    let frame = crate::math::Frame::from_normal(w);
+    let mut sum = 0.0;
+    for i in 0..N {
+        let c2 = (i as f64 + 0.5) / N as f64;
+        let (cos, sin) = (c2.sqrt() as f32, (1.0 - c2).sqrt() as f32);
+        for j in 0..N {
+            let (y, x) = (std::f32::consts::TAU * (j as f32 + 0.5) / N as f32).sin_cos();
+            sum += f(frame.to_world(Vec3A::new(sin * x, sin * y, cos)));
+        }
+    }
+    sum * std::f64::consts::PI / (N * N) as f64
+}
+
+/// What is seen of flakes from a direction is their projected area, by its definition ∫ ⟨ω, m⟩ D(m) dm; of any phase function it is
+/// what collides, whatever way it goes on: ∫ of the value over all directions, which by dω' = 4 ⟨ω, m⟩ dm is the same integral with
+/// four times the value in the place of D. It is even, 1 where most is seen, and has the mean that is said.
+#[test]
+fn what_is_seen_is_the_projected_area() {
+    for (i, phase) in [
+        flakes(Vec3A::new(0.3, 1.0, -0.2), 0.2, true),
+        flakes(Vec3A::new(0.3, 1.0, -0.2), 0.25, false),
+        flakes(Vec3A::X, 1.0, true),
+        yarn(),
+        lobe(0.3),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (mut least, mut most) = (f32::INFINITY, 0.0f32);
+        for k in 0..40 {
+            let w = random_direction(200 + k);
+            let (area, name) = (phase.area(w), phase.describe());
+            let value = |m: Vec3A| f64::from(phase.evaluate(w, m * (2.0 * w.dot(m)) - w));
+            let expected = 4.0 * seen(w, value);
+            assert!((f64::from(area) / expected - 1.0).abs() < 1e-4, "{name} {w}: {area} for {expected}");
+            assert!((area / phase.area(-w) - 1.0).abs() < 1e-6, "{name} is seen alike from behind");
+            (least, most) = (least.min(area), most.max(area));
+        }
+        assert_eq!(phase.is_directional(), [true, true, true, true, false][i]);
+        // Factors, or none.
+        assert!(if [0, 1, 3].contains(&i) { most > 1.5 * least } else { (most - least).abs() < 1e-6 });
+        let mut s = stream(61);
+        let n = 200_000;
+        let mean: f64 = (0..n)
+            .map(|_| f64::from(phase.area(crate::math::warp::uniform_sphere(s.next_2d()))))
+            .sum::<f64>()
+            / f64::from(n);
+        assert!((mean - f64::from(phase.mean_area())).abs() < 3e-3, "{i}: {mean}, {}", phase.mean_area());
+    }
+    let axis = Vec3A::new(0.3, 1.0, -0.2).normalize();
+    let across = axis.any_orthonormal_vector();
+    for (phase, best, worst) in
+        [(flakes(axis, 0.2, true), across, axis), (flakes(axis, 0.2, false), axis, across)]
+    {
+        assert!((phase.area(best) - 1.0).abs() < 1e-5 && (phase.area(worst) - 0.2).abs() < 1e-5);
+    }
+    // A quarter of the surface of what is nearly a cylinder without ends, or a coin.
+    for (fibre, mean) in [(true, std::f32::consts::FRAC_PI_4), (false, 0.5)] {
+        assert!((flakes(axis, 0.01, fibre).mean_area() - mean).abs() < 6e-3);
+    }
+}
+
 #[test]
 fn by_place_is_one_here_and_another_there() {
     let lattice = Lattice::new([2, 1, 1].into(), &[0.0, 0.75], Interpolation::Constant).expect("a grid");
     let place = crate::medium::volume::cube(Vec3A::ZERO, Vec3A::ONE);
     let share = Placed::new(lattice, place).expect("a place");
+    for part in [flakes(Vec3A::X, 0.3, true), yarn()] {
+        let message = ByPlace::new(share.clone(), [lobe(0.7), part]).expect_err("flakes");
+        assert!(message.contains("`mixture`") && message.contains("a solid of its own"), "{message}");
+    }
     let phase = ByPlace::new(share, [lobe(0.7), lobe(-0.4)]).expect("a phase function");
     let phase = Phase::ByPlace(Box::new(phase));
     let from = random_direction(70);
@@ -270,7 +360,8 @@ fn by_place_is_one_here_and_another_there() {
             value,
         );
         let to = random_direction(71);
-        let (a, b) = phase.densities(p, from, to);
-        assert!((a / value(to) - 1.0).abs() < 1e-5 && a == b);
+        let found = phase.densities(p, from, to);
+        assert!((found.value / value(to) - 1.0).abs() < 1e-5);
+        assert!(found.light == found.value && found.camera == found.value);
     }
 }

@@ -52,12 +52,13 @@ impl Varying {
         random: &mut Stream,
     ) -> Option<f32> {
         let (grid, sigma) = self.grey()?;
-        grid.track(origin, dir, (0.0, t1), sigma, random)
+        grid.track(origin, dir, (0.0, t1), sigma * self.phase.area(dir), random)
     }
 
     /// An estimate of the transmittance from 0 to `t1`.
     #[inline]
     pub(in super::super) fn ratio(&self, origin: Vec3A, dir: Vec3A, t1: f32, random: &mut Stream) -> f32 {
-        self.grey().map_or(1.0, |(grid, sigma)| grid.ratio(origin, dir, (0.0, t1), sigma, random))
+        let Some((grid, sigma)) = self.grey() else { return 1.0 };
+        grid.ratio(origin, dir, (0.0, t1), sigma * self.phase.area(dir), random)
     }
 }

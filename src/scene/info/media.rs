@@ -12,8 +12,10 @@ pub struct MediumInfo {
     pub name: String,
     /// What kind it is.
     pub kind: &'static str,
-    /// Mean distance to a collision, each channel.
+    /// Mean distance to a collision, each channel: the reciprocal of the extinction's mean.
     pub mean_free_path: [f32; 3],
+    /// Whether extinction goes with the direction, too; the mean is over all directions then.
+    pub is_directional: bool,
     /// The same in diagonals of the scene's extent; `None` without a shape.
     pub free_path_of_extent: Option<[f32; 3]>,
     /// The share of collisions that scatter, each channel.
@@ -42,6 +44,7 @@ pub(super) fn media(scene: &Scene) -> Vec<MediumInfo> {
             name: name.clone(),
             kind: summary.kind,
             mean_free_path: summary.mean_free_path.into(),
+            is_directional: summary.is_directional,
             free_path_of_extent: diagonal.map(|d| (summary.mean_free_path / d).into()),
             albedo: summary.albedo.into(),
             phase: summary.phase,
@@ -70,7 +73,7 @@ pub(super) fn write(media: &[MediumInfo], f: &mut fmt::Formatter) -> fmt::Result
         if let Some([r, g, b]) = m.free_path_of_extent {
             write!(f, ", {r:.4} {g:.4} {b:.4} of the extent's diagonal")?;
         }
-        writeln!(f)?;
+        writeln!(f, "{}", if m.is_directional { ", by the mean of all directions" } else { "" })?;
         let [r, g, b] = m.emission;
         if [r, g, b] != [0.0; 3] {
             writeln!(f, "  {:<w$}  emits {r:.4} {g:.4} {b:.4} W/(sr m³)", "")?;

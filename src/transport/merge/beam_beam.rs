@@ -51,10 +51,8 @@ pub fn gather(
         let camera_beam = (camera_ray.origin, camera_ray.dir, camera_ray.t_max);
         let depth = medium.depth_along(depths, camera_beam, t);
         let passage = stretch.before.then(depth, true);
-        let distance = stretch.start + t;
-        let Some(camera) = flight.arm(pass, Mode::Radiance, distance, &passage, at.sigma_t, count) else {
-            return;
-        };
+        let (rate, distance) = (at.sigma_t * medium.area(camera_ray.dir), stretch.start + t);
+        let Some(camera) = flight.arm(pass, Mode::Radiance, distance, &passage, rate, count) else { return };
         let scattering = scatter_in(pass, (stretch.index, medium), point, &at, light.back, camera.back);
         let kernel = pass.settings.merging.kernel.line(d2 / (radius * radius));
         let arms = (&light, &camera);

@@ -53,11 +53,11 @@ pub fn scatter_in(
     wl: Vec3A,
     wc: Vec3A,
 ) -> Scattering {
-    let (forward, phase) = medium.phase_densities(p, wl, wc);
+    let phase = medium.phase_densities(p, wl, wc);
     Scattering {
-        value: at.sigma_s * phase,
-        pdf_light: forward * pass.continuation(Mode::Importance, (index, medium), at),
-        pdf_camera: phase * pass.continuation(Mode::Radiance, (index, medium), at),
+        value: at.sigma_s * phase.value,
+        pdf_light: phase.light * pass.continuation(Mode::Importance, (index, medium), at),
+        pdf_camera: phase.camera * pass.continuation(Mode::Radiance, (index, medium), at),
     }
 }
 

@@ -13,7 +13,8 @@
 //! In a medium that varies the two places that are taken for one have different coefficients. Where a beam is merged with
 //! a point, those at the point are taken for both arms, and of two beams those on the camera's: so what a point's free flight was
 //! divided by is what it is multiplied by, and no thin place gives a large sample; in P-P3D each arm has its own, and the
-//! camera's scatters. What is estimated is then σ_s times the light, blurred by the kernel, which is a bias of second order in the
+//! camera's scatters. Where extinction goes with the direction, too, the rate of each arm is that of its own direction, and the value
+//! is the same from either side. What is estimated is then σ_s times the light, blurred by the kernel, which is a bias of second order in the
 //! radius over the size of a grid's voxels.
 
 pub mod auto;

@@ -155,7 +155,8 @@ impl Photons {
         } else {
             0.0
         };
-        flight.arm(pass, Mode::Importance, beam.start + t, &passage, at.sigma_t, count)
+        let rate = at.sigma_t * medium.area(flight.ray.dir);
+        flight.arm(pass, Mode::Importance, beam.start + t, &passage, rate, count)
     }
 }
 

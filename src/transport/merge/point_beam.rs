@@ -42,10 +42,8 @@ pub fn gather(
         let at = medium.coefficients(p);
         let beam = (ray.origin, ray.dir, ray.t_max);
         let passage = stretch.before.then(medium.depth_along(depths, beam, t), true);
-        let Some(arm) = flight.arm(pass, Mode::Radiance, stretch.start + t, &passage, at.sigma_t, count)
-        else {
-            return;
-        };
+        let (rate, distance) = (at.sigma_t * medium.area(ray.dir), stretch.start + t);
+        let Some(arm) = flight.arm(pass, Mode::Radiance, distance, &passage, rate, count) else { return };
         let scattering =
             scatter_in(pass, (stretch.index, medium), p, &at, photon.to_previous.into(), arm.back);
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));

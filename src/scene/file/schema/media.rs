@@ -176,17 +176,17 @@ choice! {
     pub enum PhaseTableDef {
         /// Henyey's and Greenstein's, by its mean cosine: above -1 (straight back) and below 1 (straight on).
         "hg" => HenyeyGreenstein(Spanned<Number>),
-        /// A weighted mean; the weights are divided by their sum.
+        /// A weighted mean; the weights are divided by their sum. With fibres or flakes extinction is the weighted sum of what is seen of each.
         "mixture" => Mixture(Spanned<Vec<WeightedPhaseDef>>),
         /// Droplets of water, by their diameter in micrometres: 5 to 50.
         "droplets" => Droplets(Spanned<Number>),
         /// Pairs [cosine of the deflection, value], from -1 (straight back) to 1 (straight on); linear between them.
         "table" => Tabulated(Spanned<Vec<Pair>>),
-        /// Fibres: the way they lie, and how unlike they lie.
+        /// Fibres: the way they lie, and how unlike they lie. Extinction goes with how much of them is seen: the medium's is that across them.
         "fibres" => Fibres(Spanned<FlakesDef>),
-        /// Flakes: the way that most of them face.
+        /// Flakes: the way that most of them face. Extinction goes with how much of them is seen: the medium's is that along this way.
         "flakes" => Flakes(Spanned<FlakesDef>),
-        /// Two phase functions, and a grid of the share of the second.
+        /// Two phase functions, neither with fibres or flakes in it, and a grid of the share of the second.
         "by_place" => ByPlace(Box<Spanned<ByPlaceDef>>),
     }
 }
