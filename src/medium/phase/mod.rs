@@ -163,12 +163,11 @@ impl Phase {
     #[inline]
     pub fn densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
         let value = match self {
-            Self::ByPlace(phase) => phase.value(p, wl, wc),
-            _ => self.evaluate(wl, wc),
+            Self::Sggx(phase) => phase.value(wl, wc),
+            Self::Mixture(phase) if phase.is_directional() => phase.evaluate(wl, wc),
+            Self::ByPlace(phase) => return PhaseDensities::even(phase.value(p, wl, wc)),
+            _ => return PhaseDensities::even(self.evaluate(wl, wc)),
         };
-        if !self.is_directional() {
-            return PhaseDensities::even(value);
-        }
         PhaseDensities { value, light: value / self.area(wl), camera: value / self.area(wc) }
     }
 
