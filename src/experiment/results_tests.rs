@@ -66,6 +66,7 @@ fn results() -> Results {
             convergence: true,
             costs: false,
             width_cm: None,
+            font_pt: None,
         },
         warnings: vec!["é".into()],
     }
