@@ -45,8 +45,8 @@ pub(super) struct Insets {
 /// Without a paper: width of a column of the grid, and size of letters, in px.
 const FREE_COLUMN: f64 = 128.0;
 const FREE_FONT: f64 = 11.0;
-/// No name makes columns wider than so many times the least.
-const WIDER: f64 = 1.35;
+/// What a word that is cut short weighs against empty paper, and height in widths.
+const CUT: f64 = 0.1;
 /// Lines that a name may take.
 const LINES: usize = 3;
 
@@ -98,7 +98,6 @@ impl Insets {
         let (count, gap) = (self.columns.len().max(1), paper.gap());
         let words = self.columns.iter().flat_map(|c| c.cells.iter().map(|c| &c.1).chain([&c.label]));
         let word = words.map(|w| face::widest_word(w, paper.font)).fold(0.0, f64::max);
-        let least = word.clamp(LEAST_IMAGE, WIDER * LEAST_IMAGE);
         let mut plans = Vec::new();
         let side = |cell: f64| Plan {
             cell,
@@ -114,8 +113,8 @@ impl Insets {
                 - self.block_height(paper, &plan, &self.columns);
             if excess > 0.0 { low = plan.cell } else { high = plan.cell }
         }
-        plans.push(side(low.max(least)));
-        let most = ((paper.width + gap) / (least + gap)).floor().max(1.0) as usize;
+        plans.push(side(low.max(LEAST_IMAGE)));
+        let most = ((paper.width + gap) / (LEAST_IMAGE + gap)).floor().max(1.0) as usize;
         for below in 2..=most {
             let cell = paper.share(below);
             let spans = 1..below;
@@ -129,7 +128,8 @@ impl Insets {
         let score = |p: &Plan| {
             let height = self.height(paper, p);
             let used = self.used(paper, p) / (paper.width * height);
-            (1.0 - used) + 0.35 * height / paper.width
+            let cut = if word > p.cell { CUT } else { 0.0 };
+            (1.0 - used) + 0.35 * height / paper.width + cut
         };
         let fits = |p: &&Plan| p.whole >= 1.4 * p.cell;
         let best = plans.iter().filter(fits).min_by(|a, b| score(a).total_cmp(&score(b)));

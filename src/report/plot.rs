@@ -73,7 +73,7 @@ impl Place {
 
     /// Least distances of labels along the axes.
     fn room(&self) -> [f64; 2] {
-        if self.paper.is_some() { [4.6 * self.font, 1.7 * self.font] } else { [44.0, 22.0] }
+        if self.paper.is_some() { [3.9 * self.font, 1.7 * self.font] } else { [44.0, 22.0] }
     }
 
     /// Where the label of the lower axis stands.
