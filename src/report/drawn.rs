@@ -309,7 +309,7 @@ mod tests {
         assert!(b - a < 24, "on its side it is as wide as letters are high: {a} {b}");
         // Whatever the report writes has a glyph.
         for c in "aé×±−–—…≥≤∞·%&²³".chars() {
-            assert!(FACE.glyph_index(c).is_some(), "{c}");
+            assert!(face::FACE.glyph_index(c).is_some(), "{c}");
         }
     }
 }

@@ -39,7 +39,7 @@ fn path(e: &Element, size: f64, ink: &str) -> String {
     (pen.x, pen.y) = (start, e.or("y", 0.0));
     face::outline(&text, size, &mut pen);
     let fill = e.attributes.get("fill").copied().unwrap_or(ink);
-    let width = BOLD * size;
+    let width = (1000.0 * BOLD * size).round() / 1000.0;
     let turn = e.attributes.get("transform").copied().unwrap_or_default();
     let mut attributes: Vec<super::markup::Attribute> =
         vec![("role", &"img"), ("aria-label", &text), ("d", &pen.text), ("fill", &fill)];

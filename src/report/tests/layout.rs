@@ -24,10 +24,10 @@ const NAMES: [(&str, &str); 9] = [
 /// The figures of a page with so many estimators and letters of a size.
 fn figures(dir: &Path, count: usize, width_cm: f64, font_pt: Option<f64>) -> Vec<(String, String)> {
     let estimators = NAMES[..count].to_vec();
-    let mut r: Results = results(dir, &Options { estimators, ..Options::default() });
+    let mut r: Results = results(dir, &Options { estimators, size: (24, 18), ..Options::default() });
     (r.figures.width_cm, r.figures.font_pt) = (Some(width_cm), font_pt);
-    let crop = |name: &str, x, y| Crop { name: name.into(), x, y, width: 12, height: 12 };
-    r.scenes[0].crops = vec![crop("ball", 10, 16), crop("wall", 2, 4), crop("light", 20, 0)];
+    let crop = |name: &str, x, y| Crop { name: name.into(), x, y, width: 6, height: 6 };
+    r.scenes[0].crops = vec![crop("ball", 5, 8), crop("wall", 1, 2), crop("light", 10, 0)];
     let mut context = Context::new(dir, &r);
     page::page(&mut context);
     assert!(context.figures.len() >= 8, "{}", context.figures.len());
