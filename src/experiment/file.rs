@@ -231,6 +231,9 @@ pub struct FiguresDef {
     /// What share of the time each technique costs, measured by leaving each out in turn, which takes some renders more;
     /// default false.
     pub costs: Option<bool>,
-    /// Width of the figures that are files (SVG, PDF), in centimetres, as for a column of a paper; default: as large as their contents.
+    /// Width of the figures that are files (SVG, PDF, PNG), in centimetres, as for a column of a paper: they are laid out at that width, with
+    /// rows wrapped before images are narrower than 1.8 cm; default: as large as their contents.
     pub width_cm: Option<Positive>,
+    /// With `width_cm`, the size of all letters of these figures in print, in points; default 7.
+    pub font_pt: Option<Positive>,
 }

@@ -30,11 +30,16 @@ pub fn curve(metric: &str, runs: &[Run], noise: f64) -> Option<Curve> {
         let seconds = same.iter().map(|c| c.seconds).sum::<f64>() / runs.len() as f64;
         points.push(CurvePoint { spp: checkpoint.spp, seconds, value });
     }
-    let over = |x: fn(&Checkpoint) -> f64| {
-        slope(runs.iter().map(|r| r.checkpoints.iter().filter_map(|c| Some((x(c), value(c)?))).collect()))
+    let over = |x: fn(&Run, &Checkpoint) -> f64| {
+        slope(runs.iter().map(|r| r.checkpoints.iter().filter_map(|c| Some((x(r, c), value(c)?))).collect()))
     };
-    let (slope_spp, slope_seconds) = (over(|c| c.spp as f64), over(|c| c.seconds));
-    Some(Curve { metric: metric.to_owned(), points, slope_spp, slope_seconds })
+    let slope_spp = over(|_, c| c.spp as f64);
+    Some(Curve {
+        metric: metric.to_owned(),
+        points,
+        slope_spp,
+        slope_seconds: over(|r, c| c.seconds - r.setup),
+    })
 }
 
 /// The mean slope over the runs, each fitted on its own, with the interval of that mean; a single run has none, as its
@@ -97,6 +102,15 @@ mod tests {
         for slope in [curve.slope_spp.unwrap(), curve.slope_seconds.unwrap()] {
             assert!((slope.mean + 1.0).abs() < 1e-9, "{slope:?}");
         }
+        // A pilot of 3 s, after which the error falls with each second as it does with each sample.
+        let mut late = runs.clone();
+        for r in &mut late {
+            r.setup = 3.0;
+            r.checkpoints.iter_mut().for_each(|c| c.seconds += 3.0);
+        }
+        let late = super::curve("mse", &late, 0.0).unwrap();
+        assert!((late.slope_seconds.unwrap().mean + 1.0).abs() < 1e-9, "{:?}", late.slope_seconds);
+        assert_eq!(late.points[0].seconds, 3.5, "the points have all of the time");
         // What the reference adds hides the slope until it is taken off.
         let lifted = [run(&[(1, 1.1), (2, 0.6), (4, 0.35)]), run(&[(1, 3.1), (2, 1.6), (4, 0.85)])];
         let slope = |noise| super::curve("mse", &lifted, noise).unwrap().slope_spp.unwrap().mean;

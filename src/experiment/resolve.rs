@@ -378,6 +378,7 @@ impl Resolver<'_> {
             convergence: def.convergence.unwrap_or(reference),
             costs: def.costs.unwrap_or(false),
             width_cm: def.width_cm.map(|w| as_written(w.get())),
+            font_pt: def.font_pt.map(|f| as_written(f.get())),
         })
     }
 

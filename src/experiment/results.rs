@@ -388,7 +388,7 @@ pub struct Curve {
     pub points: Vec<CurvePoint>,
     /// Slope of log(metric) over log(samples), the mean over the runs; none with fewer than 3 points.
     pub slope_spp: Option<Estimate>,
-    /// Slope of log(metric) over log(seconds); none with fewer than 3 points.
+    /// Slope of log(metric) over log(seconds after the set-up); none with fewer than 3 points.
     pub slope_seconds: Option<Estimate>,
 }
 
@@ -449,6 +449,9 @@ pub struct Figures {
     /// Width of the figures that are files, in centimetres; none: as large as their contents.
     #[serde(default)]
     pub width_cm: Option<f64>,
+    /// Size of the letters in figures of that width, in points; none: 7.
+    #[serde(default)]
+    pub font_pt: Option<f64>,
 }
 
 impl Results {

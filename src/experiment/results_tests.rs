@@ -67,6 +67,7 @@ fn results() -> Results {
             convergence: true,
             costs: false,
             width_cm: None,
+            font_pt: None,
         },
         warnings: vec!["é".into()],
     }

@@ -2,10 +2,11 @@
 
 use super::context::{Context, Entry, SceneView, estimate};
 use super::crops::{Crop, choose};
+use super::insets::{self, Insets, Part};
 use super::maps::{color_bar, error_map, map_scale, other_maps};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
-use super::numbers::{count, duration, percent, significant};
+use super::numbers::{count, duration, percent, plural, significant};
 use super::picture::{Picture, factor};
 use crate::experiment::results::{MetricInfo, Reference, ReferenceKind};
 use crate::film::exr::LayeredImage;
@@ -15,8 +16,6 @@ use crate::render::files::all_paths;
 
 /// Images are shown whole up to this many pixels a side; larger ones are whole in the viewer.
 const IMAGE_SIDE: usize = 1000;
-/// Width of an enlarged part in the figure.
-const PART: f64 = 150.0;
 /// Error maps of the main metric.
 const MAP_SIDE: usize = 960;
 /// Images of the plain strip.
@@ -90,7 +89,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, images: &Images, 
         other_maps(context.results, view, images, metric, m);
     });
     if !crops.is_empty() {
-        let figure = crops_figure(view, &columns, &crops);
+        let figure = crops_figure(view, &columns, &crops, metric, context.results.runs).svg(context.paper());
         context.figures.push((format!("{}-crops", view.slug), figure));
     }
 }
@@ -122,7 +121,7 @@ pub(super) fn strip(context: &mut Context, view: &SceneView, images: &Images, m:
             });
         });
     });
-    context.figures.push((format!("{}-strip", view.slug), montage.svg()));
+    context.figures.push((format!("{}-strip", view.slug), montage.on(context.paper())));
 }
 
 /// The metric whose maps stand under the images: the first that has them here.
@@ -377,45 +376,55 @@ fn crop_picture(column: &Column, crop: &Crop, stops: f32) -> Option<Picture> {
     Picture::of(&part, stops, IMAGE_SIDE)
 }
 
-/// The first image with frames about the parts, and under it these enlarged of every image, as a figure of its own: a row
-/// a part, and the error under the last.
-fn crops_figure(view: &SceneView, columns: &[Column], crops: &[(String, Crop)]) -> String {
-    let mut montage = Montage::new(format!("{}: enlarged parts", view.scene.label), PART);
+/// The first image with frames about the parts, and beside it these enlarged of every image, as a figure of its own; under each part
+/// its own error, where there are maps of it.
+fn crops_figure(
+    view: &SceneView,
+    columns: &[Column],
+    crops: &[(String, Crop)],
+    metric: Option<&MetricInfo>,
+    runs: u32,
+) -> Insets {
     let (width, height) = (view.scene.width as f64, view.scene.height as f64);
-    let whole = columns.first().and_then(|c| Some((c.label, c.image?)));
-    if let Some((label, image)) = whole {
-        let frames = crops.iter().map(|(_, c)| {
-            let [x, y, w, h] = [c.x, c.y, c.width, c.height].map(|v| v as f64);
-            [x / width, y / height, w / width, h / height]
-        });
-        let tile = Tile {
-            picture: Picture::of(image, view.scene.exposure, IMAGE_SIDE),
-            label: format!("{}, {label}", view.scene.label),
-            frames: frames.collect(),
-            ..Tile::default()
-        };
-        montage.push(0, tile);
-        montage.widen(0, ((PART + 8.0) * columns.len() as f64 - 8.0).min(PART * 2.5 * width / height));
+    let exposure = view.scene.exposure;
+    let first = columns.iter().find_map(|c| Some((c.label, c.image?)));
+    let letter = |name: &str| name.split(':').next().unwrap_or_default().to_owned();
+    let part = |(i, (name, c)): (usize, &(String, Crop))| {
+        let [x, y, w, h] = [c.x, c.y, c.width, c.height].map(|v| v as f64);
+        let color = CROP_COLORS[i % CROP_COLORS.len()];
+        let place = [x / width, y / height, w / width, h / height];
+        Part { letter: letter(name), place, color, shape: h / w }
+    };
+    let error = |map: &ScalarImage, crop: &Crop| {
+        let rows = crop.y..crop.y + crop.height;
+        let values = rows.flat_map(|y| &map.values[y * map.width + crop.x..][..crop.width]);
+        let sum: f64 = values.map(|v| f64::from(*v)).sum();
+        significant(sum / (crop.width * crop.height) as f64, 3)
+    };
+    let cell = |column: &Column, crop: &Crop| {
+        let text = column.map.as_ref().map_or(String::new(), |map| error(map, crop));
+        (crop_picture(column, crop, exposure), text)
+    };
+    let names: Vec<String> =
+        crops.iter().filter(|(n, _)| n.contains(':')).map(|(n, _)| n.replacen(": ", "\u{a0}", 1)).collect();
+    let mut note = if names.is_empty() { String::new() } else { format!("{}. ", names.join(", ")) };
+    if let Some(metric) = metric.filter(|_| columns.iter().any(|c| c.map.is_some())) {
+        let mean = if runs > 1 { format!(", mean of {}", plural(runs.into(), "run")) } else { String::new() };
+        note.push_str(&format!("Under each part: its {}{mean}.", metric.label));
     }
-    let first = usize::from(whole.is_some());
-    for (row, (name, crop)) in (first..).zip(crops) {
-        for column in columns {
-            let last = row + 1 == crops.len() + first;
-            let fact = if last { column.facts.last().cloned().unwrap_or_default() } else { String::new() };
-            montage.push(
-                row,
-                Tile {
-                    picture: crop_picture(column, crop, view.scene.exposure),
-                    label: if last { column.label.to_owned() } else { String::new() },
-                    fact,
-                    pixelated: true,
-                    ..Tile::default()
-                },
-            );
-        }
-        montage.name_row(row, name);
+    Insets {
+        title: format!("{}: enlarged parts", view.scene.label),
+        whole: first.and_then(|(label, i)| Some((Picture::of(i, exposure, IMAGE_SIDE)?, label.to_owned()))),
+        note,
+        parts: crops.iter().enumerate().map(part).collect(),
+        columns: columns
+            .iter()
+            .map(|c| insets::Column {
+                label: c.label.to_owned(),
+                cells: crops.iter().map(|(_, crop)| cell(c, crop)).collect(),
+            })
+            .collect(),
     }
-    montage.svg()
 }
 
 /// Share of the light: `45.7 % of the energy`.

@@ -3,6 +3,7 @@
 use super::markup::{Markup, unique_slugs};
 use super::numbers::{significant, with_half_width};
 use super::palette::series_color;
+use super::paper::Paper;
 use super::viewer::Viewer;
 use crate::experiment::results::{Cell, Estimate, EstimatorInfo, Results, SceneResult};
 use crate::film::exr::{LayeredImage, read_layers};
@@ -85,6 +86,11 @@ impl<'a> Context<'a> {
     /// Name of an estimator in ids and names of files.
     pub fn estimator_slug(&self, index: usize) -> &str {
         &self.estimator_slugs[index]
+    }
+
+    /// What figures are laid out on.
+    pub fn paper(&self) -> Option<Paper> {
+        Paper::of(&self.results.figures)
     }
 
     /// The images of an EXR of the results, which must have the scene's size; noted where that fails.

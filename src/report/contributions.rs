@@ -7,6 +7,7 @@ use super::layers::{Kind, energy};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::{duration, percent, plural, significant};
+use super::paper::Paper;
 use super::picture::Picture;
 use super::techniques::{Row, energy_bar, images_row, rows, shown_kinds, size_note};
 use crate::film::false_color::Scale;
@@ -48,7 +49,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         },
     );
     let slug = format!("{}-contributions-{}", view.slug, context.estimator_slug(entry.index));
-    context.figures.push((slug, figure(view, combined, &rows, entry)));
+    context.figures.push((slug, figure(view, combined, &rows, entry, context.paper())));
 }
 
 /// The combined image with its caption.
@@ -117,7 +118,7 @@ fn weight_bar(m: &mut Markup) {
 const TILE: f64 = 150.0;
 
 /// The figure: the combined image over the weighted contributions in one or two rows.
-fn figure(view: &SceneView, combined: &Image, rows: &[Row], entry: &Entry) -> String {
+fn figure(view: &SceneView, combined: &Image, rows: &[Row], entry: &Entry, paper: Option<Paper>) -> String {
     let stops = view.scene.exposure;
     let columns = if rows.len() > 5 { rows.len().div_ceil(2) } else { rows.len() };
     let title = format!("{}: weighted contributions of {}", view.scene.label, entry.info.label);
@@ -136,7 +137,8 @@ fn figure(view: &SceneView, combined: &Image, rows: &[Row], entry: &Entry) -> St
             bar: row.color(),
             ..Tile::default()
         };
-        montage.push(1 + i / columns, tile);
+        // On a paper the montage wraps what is too long.
+        montage.push(if paper.is_some() { 1 } else { 1 + i / columns }, tile);
     }
-    montage.svg()
+    montage.on(paper)
 }

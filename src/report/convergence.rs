@@ -1,12 +1,12 @@
 //! Error against samples and against time: plots, and the table of fitted slopes.
 
 use super::comparison::swatch;
-use super::context::{Context, SceneView, slope};
+use super::context::{Context, Entry, SceneView, slope};
 use super::curve::{Curve, MeanPoint};
 use super::markup::Markup;
 use super::numbers::plural;
-use super::palette::Ink;
 use super::plot::Plot;
+use crate::experiment::measure::curve;
 use crate::experiment::results::{self, Checkpoint, CurvePoint, Estimate, MetricInfo, Run};
 
 /// What runs to the right.
@@ -45,12 +45,23 @@ impl Against {
         }
     }
 
-    fn slope(self, c: &results::Curve) -> Option<Estimate> {
+    fn slope(self, entry: &Entry, c: &results::Curve) -> Option<Estimate> {
         match self {
             Self::Samples => c.slope_spp,
+            // Older results have it with the set-up, which alone may make a line steep: it is fitted again.
+            Self::Time if entry.cell.runs.iter().any(|r| r.setup > 0.0) => {
+                curve(&c.metric, &entry.cell.runs, entry.cell.noise(&c.metric))?.slope_seconds
+            }
             Self::Time => c.slope_seconds,
         }
     }
+}
+
+/// The interval of a mean as it is on a logarithmic axis, from its width: by the delta method the standard error of log m is s/m,
+/// which gives m · exp(±t s/m), always above 0.
+fn log_interval(mean: f64, width: f64) -> Option<(f64, f64)> {
+    let factor = (0.5 * width / mean).exp();
+    (mean > 0.0 && factor.is_finite()).then_some((mean / factor, mean * factor))
 }
 
 /// The section of convergence; nothing where no estimator has a curve.
@@ -66,8 +77,10 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         m.leaf(
             "p",
             &[("class", &"note")],
-            "Bold: mean over the runs, with its 95% interval as a band; faint: each run. Slopes are fitted to the \
-             logarithms, with their 95% intervals. The reference's own noise is taken off where it adds up; a line that flattens out has a bias.",
+            "Bold: mean over the runs, with its 95% interval as a band, which is taken on the scale of the axis: the mean times \
+             exp(±t·s/mean), where s is the mean's standard error and t Student's; faint: each run. Slopes are fitted to the \
+             logarithms, with their 95% intervals; those against time without the seconds of the set-up, which the axis has. The \
+             reference's own noise is taken off where it adds up; a line that flattens out has a bias.",
         );
         plots(context, view, main, m);
         slopes(view, &metrics, m);
@@ -95,7 +108,7 @@ fn plots(context: &mut Context, view: &SceneView, metric: &MetricInfo, m: &mut M
         for against in [Against::Samples, Against::Time] {
             let plot = plot(context, view, metric, against);
             m.tag("figure", &[("class", &"plot")], |m| {
-                m.raw(&plot.svg(Ink::Page));
+                m.raw(&plot.inline());
                 let hidden = plot.undrawable() as u64;
                 if hidden > 0 {
                     let text = format!(
@@ -107,18 +120,18 @@ fn plots(context: &mut Context, view: &SceneView, metric: &MetricInfo, m: &mut M
             });
             let name =
                 format!("{}-convergence-{}-{}", view.slug, super::markup::slug(&metric.key), against.word());
-            context.figures.push((name, plot.svg(Ink::Paper)));
+            context.figures.push((name, plot.file(context.paper())));
         }
     });
 }
 
 fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Against) -> Plot {
-    let curve = |entry: &super::context::Entry| {
+    let curve = |entry: &Entry| {
         let found = entry.cell.convergence.iter().find(|c| c.metric == metric.key)?;
         let mean = found.points.iter().map(|p| MeanPoint {
             x: against.of_mean(p),
             y: p.value.mean,
-            interval: p.value.interval.map(|i| (i.low, i.high)),
+            interval: p.value.interval.and_then(|i| log_interval(p.value.mean, i.high - i.low)),
         });
         Some(Curve {
             label: entry.info.label.clone(),
@@ -126,7 +139,7 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
             color: context.colors[entry.index].clone(),
             runs: runs(&entry.cell.runs, &metric.key, against, entry.cell.noise(&metric.key)),
             mean: mean.collect(),
-            remark: against.slope(found).map_or_else(|| "too few points to fit".into(), |s| slope(&s)),
+            remark: against.slope(entry, found).map_or_else(|| "too few points to fit".into(), |s| slope(&s)),
         })
     };
     Plot {
@@ -177,7 +190,7 @@ fn slopes(view: &SceneView, metrics: &[&MetricInfo], m: &mut Markup) {
                                 let curve = entry.cell.convergence.iter().find(|c| c.metric == k.key);
                                 for against in [Against::Samples, Against::Time] {
                                     let text = curve
-                                        .and_then(|c| against.slope(c))
+                                        .and_then(|c| against.slope(entry, c))
                                         .map_or_else(|| "–".into(), |s| super::context::estimate(&s));
                                     m.leaf("td", &[("class", &"number")], text);
                                 }
@@ -188,4 +201,22 @@ fn slopes(view: &SceneView, metrics: &[&MetricInfo], m: &mut Markup) {
             });
         });
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_stay_above_nothing_and_are_the_usual_ones_where_narrow() {
+        let (low, high) = log_interval(2.0, 0.02).unwrap();
+        assert!((low - 1.99).abs() < 1e-4 && (high - 2.01).abs() < 1e-4, "{low} {high}");
+        let (low, high) = log_interval(1.0, 6.0).unwrap();
+        assert!(low > 0.0 && (low * high - 1.0).abs() < 1e-12 && (high - 3f64.exp()).abs() < 1e-9);
+        assert!(
+            [(0.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0), (1e-9, 1e9)]
+                .iter()
+                .all(|(m, w)| log_interval(*m, *w).is_none())
+        );
+    }
 }

@@ -38,6 +38,8 @@ pub(super) struct Axes {
     pub x: LogAxis,
     /// Upwards.
     pub y: LogAxis,
+    /// Widths of lines and sizes of markers, in those of a plot without a paper.
+    pub pen: f64,
 }
 
 impl Axes {
@@ -58,7 +60,7 @@ pub(super) struct Px(pub f64);
 
 impl std::fmt::Display for Px {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:.1}", self.0)
+        write!(f, "{:.2}", self.0)
     }
 }
 
@@ -69,11 +71,18 @@ fn polyline(axes: &Axes, points: impl Iterator<Item = (f64, f64)>) -> String {
     for (x, y) in points {
         if drawable(x, y) {
             let (px, py) = axes.at(x, y);
-            path.push_str(&format!("{}{px:.1} {py:.1}", if pen_down { 'L' } else { 'M' }));
+            path.push_str(&format!("{}{px:.2} {py:.2}", if pen_down { 'L' } else { 'M' }));
         }
         pen_down = drawable(x, y);
     }
     path
+}
+
+/// A dash pattern, or `none`, for lines so many times as wide.
+pub(super) fn scaled_dashes(pattern: &str, by: f64) -> String {
+    let scaled =
+        pattern.split(' ').map(|n| n.parse().map_or_else(|_| n.to_owned(), |n: f64| (n * by).to_string()));
+    scaled.collect::<Vec<_>>().join(" ")
 }
 
 /// Each run, faintly.
@@ -87,7 +96,7 @@ pub(super) fn draw_runs(m: &mut Markup, ink: Ink, axes: &Axes, curve: &Curve) {
                     ("d", &path),
                     ("fill", &"none"),
                     ("stroke", &ink.series(curve.series, &curve.color)),
-                    ("stroke-width", &1),
+                    ("stroke-width", &axes.pen),
                     ("stroke-opacity", &0.3),
                     ("stroke-linejoin", &"round"),
                 ],
@@ -108,12 +117,16 @@ pub(super) fn draw_band(m: &mut Markup, ink: Ink, axes: &Axes, curve: &Curve) {
         .collect();
     let corner = |(x, y): (f64, f64)| {
         let (x, y) = axes.at(x, y);
-        format!("{x:.1} {y:.1}")
+        format!("{x:.2} {y:.2}")
     };
     let color = ink.series(curve.series, &curve.color);
     if let [(x, a, b)] = points[..] {
         let path = format!("M{}L{}", corner((x, a)), corner((x, b)));
-        m.void("path", &[("d", &path), ("stroke", &color), ("stroke-width", &5), ("stroke-opacity", &0.25)]);
+        let width = 5.0 * axes.pen;
+        m.void(
+            "path",
+            &[("d", &path), ("stroke", &color), ("stroke-width", &width), ("stroke-opacity", &0.25)],
+        );
     } else if points.len() > 1 {
         let there = points.iter().map(|p| corner((p.0, p.2)));
         let back = points.iter().rev().map(|p| corner((p.0, p.1)));
@@ -133,14 +146,14 @@ pub(super) fn draw_mean(m: &mut Markup, ink: Ink, axes: &Axes, curve: &Curve) {
                 ("d", &path),
                 ("fill", &"none"),
                 ("stroke", &color),
-                ("stroke-width", &2.4),
+                ("stroke-width", &(2.4 * axes.pen)),
                 ("stroke-linejoin", &"round"),
-                ("stroke-dasharray", &dashes(curve.series)),
+                ("stroke-dasharray", &scaled_dashes(dashes(curve.series), axes.pen)),
             ],
         );
     }
     let places = curve.mean.iter().filter(|p| drawable(p.x, p.y)).map(|p| axes.at(p.x, p.y));
-    let markers: String = places.map(|(x, y)| marker(curve.series, x, y)).collect();
+    let markers: String = places.map(|(x, y)| marker(curve.series, x, y, axes.pen)).collect();
     if !markers.is_empty() {
         m.void(
             "path",
@@ -148,7 +161,7 @@ pub(super) fn draw_mean(m: &mut Markup, ink: Ink, axes: &Axes, curve: &Curve) {
                 ("d", &markers),
                 ("fill", &color),
                 ("stroke", &ink.color(Role::Ground)),
-                ("stroke-width", &0.8),
+                ("stroke-width", &(0.8 * axes.pen)),
             ],
         );
     }

@@ -1,15 +1,15 @@
 //! Figures as PNG files: the same drawing as the SVG, for slides and pages that take neither SVG nor PDF.
 //!
-//! As [`super::pdf`] it reads the SVG that this report writes. Letters are outlines of Ubuntu Light.
+//! As [`super::pdf`] it reads the SVG that this report writes. Letters are outlines of its font.
 
+use super::face::{self, BOLD};
 use super::path::{Step, steps};
-use super::pdf::{Element, RAISED, elements, from_base64, unescaped, view};
-use std::sync::LazyLock;
+use super::pdf::{Element, elements, from_base64, unescaped, view};
 use tiny_skia::{
     Color, FillRule, FilterQuality, IntSize, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect,
     Stroke, StrokeDash, Transform,
 };
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
+use ttf_parser::OutlineBuilder;
 
 /// Dots per inch of a figure with a width in centimetres.
 const DPI: f64 = 300.0;
@@ -17,13 +17,6 @@ const DPI: f64 = 300.0;
 const PIXELS: f64 = 2.0;
 /// No figure is drawn wider or higher than this, in pixels.
 const MOST: f64 = 16_384.0;
-/// Bold letters are widened by this share of their size.
-const BOLD: f64 = 0.035;
-
-static FACE: LazyLock<Face> = LazyLock::new(|| {
-    Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).expect("the font that is compiled in is one")
-});
-
 /// The drawing of an SVG of this report, so many centimetres wide at 300 dots per inch, or at twice its size; `None`
 /// for what is none.
 pub(super) fn png(svg: &str, centimetres: Option<f64>) -> Option<Vec<u8>> {
@@ -150,12 +143,8 @@ impl Sheet {
     fn text(&mut self, e: &Element) -> Option<()> {
         let [x, y] = ["x", "y"].map(|k| e.or(k, 0.0));
         let size = e.or("font-size", self.size);
-        let (outline, width) = outline(&unescaped(e.text), size);
-        let shift = match e.attributes.get("text-anchor").copied() {
-            Some("middle") => -0.5 * width,
-            Some("end") => -width,
-            _ => 0.0,
-        };
+        let mut pen = Pen(PathBuilder::new());
+        let shift = e.shift(face::outline(&unescaped(e.text), size, &mut pen));
         let mut place = self.scale;
         if let Some(turn) = e.attributes.get("transform").and_then(|t| t.strip_prefix("rotate(")) {
             let numbers: Vec<f32> =
@@ -166,9 +155,9 @@ impl Sheet {
         }
         let place = place.pre_translate((x + shift) as f32, y as f32);
         let paint = paint(e.attributes.get("fill").and_then(|c| color(c)).or(self.ink)?, 1.0);
-        let outline = outline?;
+        let outline = pen.0.finish()?;
         self.pixmap.fill_path(&outline, &paint, FillRule::Winding, place, None);
-        if e.number("font-weight").is_some_and(|w| w >= 600.0) {
+        if e.is_bold() {
             let stroke = Stroke { width: (BOLD * size) as f32, ..Stroke::default() };
             self.pixmap.stroke_path(&outline, &paint, &stroke, place, None);
         }
@@ -242,61 +231,25 @@ fn path(d: &str) -> Option<Path> {
     out.finish()
 }
 
-/// Outlines of letters, y down.
-struct Pen {
-    path: PathBuilder,
-    scale: f32,
-    x: f32,
-    y: f32,
-}
-
-impl Pen {
-    fn at(&self, x: f32, y: f32) -> (f32, f32) {
-        (self.x + self.scale * x, self.y - self.scale * y)
-    }
-}
+/// Outlines of letters.
+struct Pen(PathBuilder);
 
 impl OutlineBuilder for Pen {
     fn move_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
-        self.path.move_to(x, y);
+        self.0.move_to(x, y);
     }
     fn line_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
-        self.path.line_to(x, y);
+        self.0.line_to(x, y);
     }
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
-        self.path.quad_to(x1, y1, x, y);
+        self.0.quad_to(x1, y1, x, y);
     }
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
-        self.path.cubic_to(x1, y1, x2, y2, x, y);
+        self.0.cubic_to(x1, y1, x2, y2, x, y);
     }
     fn close(&mut self) {
-        self.path.close();
+        self.0.close();
     }
-}
-
-/// The outline of a text of this size that starts at the origin, and its width.
-fn outline(text: &str, size: f64) -> (Option<Path>, f64) {
-    let unit = size as f32 / f32::from(FACE.units_per_em());
-    let mut pen = Pen { path: PathBuilder::new(), scale: unit, x: 0.0, y: 0.0 };
-    for c in text.chars() {
-        let raised = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻".chars().position(|r| r == c);
-        let shown = match raised {
-            Some(10) => '−',
-            Some(digit) => char::from(b'0' + digit as u8),
-            None if c.is_whitespace() => ' ',
-            None => c,
-        };
-        let glyph = FACE.glyph_index(shown).or_else(|| FACE.glyph_index('?')).unwrap_or(GlyphId(0));
-        let (share, rise) = if raised.is_some() { (RAISED[0], RAISED[1] * size) } else { (1.0, 0.0) };
-        (pen.scale, pen.y) = (unit * share as f32, -rise as f32);
-        FACE.outline_glyph(glyph, &mut pen);
-        pen.x += pen.scale * f32::from(FACE.glyph_hor_advance(glyph).unwrap_or(0));
-    }
-    (pen.path.finish(), f64::from(pen.x))
 }
 
 #[cfg(test)]
@@ -356,7 +309,7 @@ mod tests {
         assert!(b - a < 24, "on its side it is as wide as letters are high: {a} {b}");
         // Whatever the report writes has a glyph.
         for c in "aé×±−–—…≥≤∞·%&²³".chars() {
-            assert!(FACE.glyph_index(c).is_some(), "{c}");
+            assert!(face::FACE.glyph_index(c).is_some(), "{c}");
         }
     }
 }

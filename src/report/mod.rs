@@ -7,14 +7,15 @@
 //! | file | what it makes |
 //! |---|---|
 //! | `page` | the whole: head, summary, scenes, what is needed to repeat it |
-//! | `comparison`, `crops`, `maps` | images side by side, error maps, enlarged parts |
+//! | `comparison`, `crops`, `insets`, `maps` | images side by side, error maps, enlarged parts |
 //! | `table`, `statistics` | metrics with intervals, and who is best |
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
 //! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
-//! | `pdf`, `drawn` | figures as PDF and as PNG |
+//! | `paper`, `face` | the width that figures are laid out at, and their font |
+//! | `outlined`, `pdf`, `drawn` | figures as SVG, as PDF and as PNG |
 //! | `markup`, `numbers`, `picture`, `montage` | HTML and SVG, numbers, images as `data:` addresses |
 
 mod axis;
@@ -25,13 +26,17 @@ mod convergence;
 mod crops;
 mod curve;
 mod drawn;
+mod face;
+mod insets;
 mod layers;
 mod maps;
 mod markup;
 mod montage;
 mod numbers;
+mod outlined;
 mod page;
 mod palette;
+mod paper;
 mod path;
 mod pdf;
 mod picture;
@@ -104,7 +109,7 @@ fn figure(path: &Path, svg: &str, width: Option<f64>) -> Result<(PathBuf, Option
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         path.with_file_name(format!("{name}.{extension}"))
     };
-    write_bytes(&with("svg"), pdf::sized(svg, width).as_bytes())?;
+    write_bytes(&with("svg"), outlined::outlined(&pdf::sized(svg, width)).as_bytes())?;
     if let Some(pdf) = pdf::pdf(svg, width) {
         write_bytes(&with("pdf"), &pdf)?;
     }

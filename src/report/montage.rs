@@ -1,8 +1,9 @@
 //! Rows of labelled images as an SVG file of its own: for papers and slides.
 
+use super::face;
 use super::markup::Markup;
-use super::numbers::shortened;
 use super::palette::{Ink, Role};
+use super::paper::{LEAST_IMAGE, Paper};
 use super::picture::Picture;
 
 /// An image with what is written under it.
@@ -18,8 +19,6 @@ pub(super) struct Tile {
     pub pixelated: bool,
     /// The colour of a line under the image.
     pub bar: Option<&'static str>,
-    /// Frames in the image: left, top, width and height as shares of it.
-    pub frames: Vec<[f64; 4]>,
 }
 
 /// Tiles beside each other.
@@ -37,16 +36,58 @@ pub(super) struct Montage {
     rows: Vec<Row>,
 }
 
-const GAP: f64 = 8.0;
-const LINE: f64 = 15.0;
-/// Height of the line under an image.
-const BAR: f64 = 2.5;
-/// Width of a letter, about.
-const LETTER: f64 = 5.6;
+/// What a montage is drawn with.
+#[derive(Clone, Copy)]
+struct Style {
+    font: f64,
+    line: f64,
+    gap: f64,
+    /// From the image down to what the first line under it stands on.
+    first: f64,
+    /// Height of the coloured line under an image.
+    bar: f64,
+    /// Width of a thin line.
+    pen: f64,
+    /// Lines that a label may take.
+    lines: usize,
+}
+
+/// As large as its contents; in px.
+const FREE: Style = Style { font: 11.0, line: 15.0, gap: 8.0, first: 13.0, bar: 2.5, pen: 1.0, lines: 8 };
+/// Room for the names of rows at their left, without a paper.
 const NAME_WIDTH: f64 = 130.0;
+/// On a paper, no label makes images wider than so many times the least.
+const WIDER: f64 = 1.35;
+/// On a paper, share of the width that an image of a row of its own has, and that any other has at most.
+const WIDE: f64 = 0.62;
+const ORDINARY: f64 = 0.5;
+
+/// A row as it is drawn: on a paper, one of the parts of a row that was too long for it.
+struct Line<'a> {
+    heading: Vec<String>,
+    tiles: &'a [Tile],
+    tile_width: f64,
+    /// Where the first image starts.
+    left: f64,
+}
+
+impl Style {
+    fn on(paper: &Paper) -> Self {
+        let font = paper.font;
+        Self {
+            font,
+            line: paper.line(),
+            gap: paper.gap(),
+            first: 1.1 * font,
+            bar: 0.2 * font,
+            pen: 0.5,
+            lines: 3,
+        }
+    }
+}
 
 impl Montage {
-    /// Nothing yet; every image will be so wide, in px.
+    /// Nothing yet; every image will be so wide, in px, where there is no paper.
     pub fn new(title: String, tile_width: f64) -> Self {
         Self { title, tile_width, rows: Vec::new() }
     }
@@ -56,12 +97,12 @@ impl Montage {
         self.reach(row).tiles.push(tile);
     }
 
-    /// What is written to the left of a row.
+    /// What is written to the left of a row, or on paper above it.
     pub fn name_row(&mut self, row: usize, name: &str) {
         self.reach(row).name = name.to_owned();
     }
 
-    /// How wide the images of a row are, where they differ from the others.
+    /// How wide the images of a row are, where they differ from the others; on paper, these are wide.
     pub fn widen(&mut self, row: usize, tile_width: f64) {
         self.reach(row).tile_width = Some(tile_width);
     }
@@ -73,64 +114,135 @@ impl Montage {
         &mut self.rows[row]
     }
 
-    fn tile_width(&self, row: &Row) -> f64 {
-        row.tile_width.unwrap_or(self.tile_width)
-    }
-
-    /// Height of a row: its images, and the lines under them.
-    fn row_heights(&self, row: &Row) -> (f64, f64) {
-        let width = self.tile_width(row);
-        let image = row.tiles.iter().map(|t| t.height(width)).fold(0.0, f64::max);
-        let lines =
-            row.tiles.iter().map(|t| t.label_lines(width).len() as f64 + f64::from(!t.fact.is_empty()));
-        (image, image + LINE * lines.fold(0.0, f64::max) + GAP)
-    }
-
-    /// The whole as the content of an SVG file.
+    /// The whole as the content of an SVG file, as large as its contents.
     pub fn svg(&self) -> String {
-        let lines = self.rows.iter().flat_map(|r| r.name.split('\n'));
-        let longest = lines.map(|l| l.chars().count()).max().unwrap_or(0) as f64;
-        let margin = if longest > 0.0 { (LETTER * longest + 2.0 * GAP).min(NAME_WIDTH) } else { GAP };
-        let row_width = |r: &Row| r.tiles.len() as f64 * (self.tile_width(r) + GAP);
+        let names = self.rows.iter().flat_map(|r| r.name.split('\n'));
+        let longest = names.map(|l| face::width(l, FREE.font)).fold(0.0, f64::max);
+        let margin = if longest > 0.0 { (longest + 2.0 * FREE.gap).min(NAME_WIDTH) } else { FREE.gap };
+        let tile_width = |r: &Row| r.tile_width.unwrap_or(self.tile_width);
+        let row_width = |r: &Row| r.tiles.len() as f64 * (tile_width(r) + FREE.gap);
         let inner = self.rows.iter().map(row_width).fold(0.0, f64::max);
-        let width = margin + inner + GAP;
-        let height = GAP + self.rows.iter().map(|r| self.row_heights(r).1).sum::<f64>();
-        let view = format!("0 0 {width:.0} {height:.0}");
-        let mut m = Markup::default();
-        m.tag(
-            "svg",
-            &[
-                ("xmlns", &"http://www.w3.org/2000/svg"),
-                ("viewBox", &view),
-                ("width", &width.round()),
-                ("height", &height.round()),
-                ("font-family", &"'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif"),
-                ("font-size", &11),
-                ("fill", &Ink::Paper.color(Role::Text)),
-            ],
-            |m| {
-                m.leaf("title", &[], &self.title);
-                m.void(
-                    "rect",
-                    &[("width", &"100%"), ("height", &"100%"), ("fill", &Ink::Paper.color(Role::Ground))],
-                );
-                let mut y = GAP;
-                for row in &self.rows {
-                    let (image, whole) = self.row_heights(row);
-                    for (i, line) in row.name.split('\n').enumerate() {
-                        let y = y + 0.5 * image + LINE * i as f64;
-                        m.leaf("text", &[("x", &GAP), ("y", &y)], shortened(line, 22));
-                    }
-                    let mut x = margin + 0.5 * (inner - row_width(row));
-                    for tile in &row.tiles {
-                        tile.draw(m, x, y, [self.tile_width(row), image]);
-                        x += self.tile_width(row) + GAP;
-                    }
-                    y += whole;
-                }
-            },
-        );
-        m.into_string()
+        let lines = self.rows.iter().map(|row| Line {
+            heading: Vec::new(),
+            tiles: &row.tiles,
+            tile_width: tile_width(row),
+            left: margin + 0.5 * (inner - row_width(row)),
+        });
+        let lines: Vec<Line> = lines.collect();
+        let mut names = Markup::default();
+        let mut y = FREE.gap;
+        for (row, line) in self.rows.iter().zip(&lines) {
+            for (i, name) in row.name.split('\n').filter(|n| !n.is_empty()).enumerate() {
+                let y = y + 0.5 * line.image(&FREE) + FREE.line * i as f64;
+                let shown = face::shortened(name, margin - 2.0 * FREE.gap, FREE.font);
+                names.leaf("text", &[("x", &FREE.gap), ("y", &y)], shown);
+            }
+            y += line.height(&FREE);
+        }
+        self.drawn(&FREE, (margin + inner + FREE.gap).round(), FREE.gap, &lines, &names.into_string())
+    }
+
+    /// The whole as the content of an SVG file for a paper, a unit a point: rows that are too long for it are wrapped.
+    pub fn on(&self, paper: Option<Paper>) -> String {
+        let Some(paper) = paper else { return self.svg() };
+        let style = Style::on(&paper);
+        let ordinary = || self.rows.iter().filter(|r| r.tile_width.is_none());
+        let longest = ordinary().map(|r| r.tiles.len()).max().unwrap_or(1);
+        let words = ordinary().flat_map(|r| &r.tiles).flat_map(|t| [&t.label, &t.fact]);
+        let word = words.map(|w| face::widest_word(w, paper.font)).fold(0.0, f64::max);
+        let columns = paper.columns(longest, word.clamp(LEAST_IMAGE, WIDER * LEAST_IMAGE));
+        let mut lines = Vec::new();
+        for row in self.rows.iter().filter(|r| !r.tiles.is_empty()) {
+            let (columns, tile_width) = match row.tile_width {
+                Some(_) => (1, WIDE * paper.width),
+                None => (columns, paper.share(columns).min(ORDINARY * paper.width)),
+            };
+            // A name of several lines is one line here.
+            let name = row.name.replacen('\n', ", ", 1).replace('\n', " ");
+            let mut heading = face::wrapped(&name, 0.95 * paper.width, paper.font, 2);
+            let wide = |count: usize| count as f64 * (tile_width + style.gap) - style.gap;
+            let most = columns.min(row.tiles.len());
+            for tiles in row.tiles.chunks(columns) {
+                // Parts of a row start below each other.
+                let left = 0.5 * (paper.width - wide(most));
+                lines.push(Line { heading: std::mem::take(&mut heading), tiles, tile_width, left });
+            }
+        }
+        self.drawn(&style, paper.width, style.pen, &lines, "")
+    }
+
+    /// The drawing: lines under each other, and what was drawn beside them.
+    fn drawn(&self, style: &Style, width: f64, top: f64, lines: &[Line], beside: &str) -> String {
+        let height = top + lines.iter().map(|l| l.height(style)).sum::<f64>();
+        let height = if width.fract() == 0.0 { height.round() } else { height };
+        svg(&self.title, [width, height], style.font, |m| {
+            m.raw(beside);
+            let mut y = top;
+            for line in lines {
+                line.draw(m, style, y);
+                y += line.height(style);
+            }
+        })
+    }
+}
+
+/// An SVG file on white with letters of one size.
+pub(super) fn svg(
+    title: &str,
+    [width, height]: [f64; 2],
+    font: f64,
+    fill: impl FnOnce(&mut Markup),
+) -> String {
+    let view = format!("0 0 {width} {height}");
+    let mut m = Markup::default();
+    m.tag(
+        "svg",
+        &[
+            ("xmlns", &"http://www.w3.org/2000/svg"),
+            ("viewBox", &view),
+            ("width", &width),
+            ("height", &height),
+            ("font-size", &font),
+            ("fill", &Ink::Paper.color(Role::Text)),
+        ],
+        |m| {
+            m.leaf("title", &[], title);
+            m.void(
+                "rect",
+                &[("width", &width), ("height", &height), ("fill", &Ink::Paper.color(Role::Ground))],
+            );
+            fill(m);
+        },
+    );
+    m.into_string()
+}
+
+impl Line<'_> {
+    fn heading_height(&self, style: &Style) -> f64 {
+        if self.heading.is_empty() { 0.0 } else { style.line * self.heading.len() as f64 + 0.3 * style.font }
+    }
+
+    /// Height of the highest image.
+    fn image(&self, _: &Style) -> f64 {
+        self.tiles.iter().map(|t| t.height(self.tile_width)).fold(0.0, f64::max)
+    }
+
+    /// Of all: heading, images, and the lines under them.
+    fn height(&self, style: &Style) -> f64 {
+        let lines = self.tiles.iter().map(|t| t.lines(self.tile_width, style).len() as f64);
+        self.heading_height(style) + self.image(style) + style.line * lines.fold(0.0, f64::max) + style.gap
+    }
+
+    fn draw(&self, m: &mut Markup, style: &Style, y: f64) {
+        for (i, text) in self.heading.iter().enumerate() {
+            let y = y + style.font + style.line * i as f64;
+            m.leaf("text", &[("x", &style.pen), ("y", &y), ("font-weight", &600)], text);
+        }
+        let y = y + self.heading_height(style);
+        for (i, tile) in self.tiles.iter().enumerate() {
+            let x = self.left + (self.tile_width + style.gap) * i as f64;
+            tile.draw(m, style, [x, y], [self.tile_width, self.image(style)]);
+        }
     }
 }
 
@@ -139,65 +251,56 @@ impl Tile {
         self.picture.as_ref().map_or(width, |p| width * p.height as f64 / p.width as f64)
     }
 
-    /// The label in lines that are no wider than the image.
-    fn label_lines(&self, width: f64) -> Vec<String> {
-        let most = (width / LETTER) as usize;
-        let mut lines: Vec<String> = Vec::new();
-        for word in self.label.split_whitespace() {
-            match lines.last_mut() {
-                Some(line) if line.chars().count() + 1 + word.chars().count() <= most => {
-                    line.push(' ');
-                    line.push_str(word);
-                }
-                _ => lines.push(shortened(word, most).to_string()),
-            }
-        }
-        lines
+    /// What is written under the image, in lines no wider than it.
+    fn lines(&self, width: f64, style: &Style) -> Vec<(String, &'static str)> {
+        let ink = |text: &str, role: Role| {
+            let lines = face::wrapped(text, width, style.font, style.lines);
+            lines.into_iter().map(move |line| (line, Ink::Paper.color(role)))
+        };
+        ink(&self.label, Role::Text).chain(ink(&self.fact, Role::Quiet)).collect()
     }
 
-    fn draw(&self, m: &mut Markup, x: f64, y: f64, [width, row_image]: [f64; 2]) {
+    fn draw(&self, m: &mut Markup, style: &Style, [x, y]: [f64; 2], [width, row_image]: [f64; 2]) {
         let height = self.height(width);
-        let grid = Ink::Paper.color(Role::Grid);
         match &self.picture {
-            Some(p) => {
-                let style = if self.pixelated { "image-rendering:pixelated" } else { "image-rendering:auto" };
-                m.void(
-                    "image",
-                    &[
-                        ("x", &x),
-                        ("y", &y),
-                        ("width", &width),
-                        ("height", &height),
-                        ("href", &p.uri()),
-                        ("style", &style),
-                    ],
-                );
-            }
-            None => frame(m, [x, y, width, height], [grid, "1"]),
-        }
-        for [left, top, w, h] in &self.frames {
-            let place = [x + left * width, y + top * height, w * width, h * height];
-            // Light on dark, so that it is seen on any image.
-            frame(m, place, ["#000000", "3"]);
-            frame(m, place, ["#ffffff", "1.5"]);
+            Some(p) => image(m, p, [x, y, width, height], self.pixelated),
+            None => frame(m, [x, y, width, height], Ink::Paper.color(Role::Grid), style.pen),
         }
         if let Some(color) = self.bar {
             let top = y + height;
-            m.void("rect", &[("x", &x), ("y", &top), ("width", &width), ("height", &BAR), ("fill", &color)]);
+            m.void(
+                "rect",
+                &[("x", &x), ("y", &top), ("width", &width), ("height", &style.bar), ("fill", &color)],
+            );
         }
         let middle = x + 0.5 * width;
-        let labels = self.label_lines(width).into_iter().map(|l| (l, Ink::Paper.color(Role::Text)));
-        let fact = (!self.fact.is_empty()).then(|| {
-            (shortened(&self.fact, (width / LETTER) as usize).to_string(), Ink::Paper.color(Role::Quiet))
-        });
-        for (i, (line, color)) in labels.chain(fact).enumerate() {
-            let y = y + row_image + 13.0 + LINE * i as f64;
+        let bar = if self.bar.is_some() { style.bar } else { 0.0 };
+        let first = style.first.max(bar + style.font);
+        for (i, (line, color)) in self.lines(width, style).into_iter().enumerate() {
+            let y = y + row_image + first + style.line * i as f64;
             m.leaf("text", &[("x", &middle), ("y", &y), ("text-anchor", &"middle"), ("fill", &color)], line);
         }
     }
 }
 
-fn frame(m: &mut Markup, [x, y, width, height]: [f64; 4], [stroke, thickness]: [&str; 2]) {
+/// An image at a place: left, top, width and height.
+pub(super) fn image(m: &mut Markup, picture: &Picture, [x, y, width, height]: [f64; 4], pixelated: bool) {
+    let style = if pixelated { "image-rendering:pixelated" } else { "image-rendering:auto" };
+    m.void(
+        "image",
+        &[
+            ("x", &x),
+            ("y", &y),
+            ("width", &width),
+            ("height", &height),
+            ("href", &picture.uri()),
+            ("style", &style),
+        ],
+    );
+}
+
+/// A frame at a place.
+pub(super) fn frame(m: &mut Markup, [x, y, width, height]: [f64; 4], stroke: &str, thickness: f64) {
     m.void(
         "rect",
         &[

@@ -128,17 +128,6 @@ pub(super) fn plural(n: u64, noun: &str) -> String {
     if n == 1 { format!("{n} {noun}") } else { format!("{} {noun}s", count(n)) }
 }
 
-/// A text cut to so many characters, with an ellipsis where something is missing.
-pub(super) fn shortened(text: &str, characters: usize) -> String {
-    if text.chars().count() <= characters {
-        return text.into();
-    }
-    let mut out: String = text.chars().take(characters.saturating_sub(1)).collect();
-    out.truncate(out.trim_end().len());
-    out.push('…');
-    out
-}
-
 /// Bytes in units that people read.
 pub(super) fn bytes(n: usize) -> String {
     match n {
@@ -185,6 +174,5 @@ mod tests {
         assert_eq!(percent(0.00001), "< 0.1 %");
         assert_eq!(percent(0.4567), "45.7 %");
         assert_eq!(plural(1, "run"), "1 run");
-        assert_eq!(shortened("a very long name", 8), "a very…");
     }
 }

@@ -62,15 +62,18 @@ pub(super) fn dashes(i: usize) -> &'static str {
     DASHES[i / SERIES.len() % DASHES.len()]
 }
 
-/// Outline of the n-th estimator's marker about a point, as SVG path data.
-pub(super) fn marker(i: usize, x: f64, y: f64) -> String {
+/// Outline of the n-th estimator's marker about a point, so many times as large, as SVG path data.
+pub(super) fn marker(i: usize, x: f64, y: f64, scale: f64) -> String {
     let polygon = |corners: &[(f64, f64)]| {
         let points: Vec<String> =
-            corners.iter().map(|(dx, dy)| format!("{:.1} {:.1}", x + dx, y + dy)).collect();
+            corners.iter().map(|(dx, dy)| format!("{:.2} {:.2}", x + scale * dx, y + scale * dy)).collect();
         format!("M{}Z", points.join("L"))
     };
     match i % SERIES.len() {
-        0 => format!("M{:.1} {y:.1}a3.6 3.6 0 1 0 7.2 0a3.6 3.6 0 1 0 -7.2 0Z", x - 3.6),
+        0 => {
+            let (r, d) = (3.6 * scale, 7.2 * scale);
+            format!("M{:.2} {y:.2}a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0 -{d} 0Z", x - r)
+        }
         1 => polygon(&[(-3.2, -3.2), (3.2, -3.2), (3.2, 3.2), (-3.2, 3.2)]),
         2 => polygon(&[(0.0, -4.4), (4.2, 3.0), (-4.2, 3.0)]),
         3 => polygon(&[(0.0, -4.6), (4.6, 0.0), (0.0, 4.6), (-4.6, 0.0)]),

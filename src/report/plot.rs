@@ -1,10 +1,11 @@
 //! Log-log plots of error against samples or time, as SVG written by hand.
 
 use super::axis::LogAxis;
-use super::curve::{Axes, Curve, Px, draw_band, draw_mean, draw_runs, drawable};
+use super::curve::{Axes, Curve, Px, draw_band, draw_mean, draw_runs, drawable, scaled_dashes};
+use super::face::{self, shortened, wrapped};
 use super::markup::Markup;
-use super::numbers::shortened;
 use super::palette::{Ink, Role, marker};
+use super::paper::{CENTIMETRE, Paper};
 
 /// A plot.
 #[derive(Clone, Debug, Default)]
@@ -21,15 +22,72 @@ pub(super) struct Plot {
     pub reference_slope: Option<f64>,
 }
 
+/// Size of the drawing without a paper.
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 400.0;
-/// The panel within the figure: left, top, right, bottom. To its right, the names of the curves.
+/// The panel within it: left, top, right, bottom. To its right, the names of the curves.
 const PANEL: [f64; 4] = [72.0, 34.0, 500.0, 346.0];
-/// Characters of a line of a name that fit beside the panel.
-const NAME_LENGTH: usize = 22;
 /// Height of a line of a name, or of its remark.
 const LABEL_LINE: f64 = 15.0;
+/// Width of the names.
+const NAMES: f64 = WIDTH - PANEL[2] - 34.0;
+/// Height of the panel over the width of the paper, and at most, in widths of a column of 8.5 cm.
+const PANEL_SHAPE: [f64; 2] = [0.62, 0.75];
+
 const FONT: &str = "system-ui, 'Segoe UI', 'Helvetica Neue', Arial, 'DejaVu Sans', sans-serif";
+
+/// Where the parts of a plot are.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    panel: [f64; 4],
+    font: f64,
+    /// Of names and remarks.
+    small: f64,
+    /// Widths of lines and sizes of markers, in those of the plot without a paper.
+    pub pen: f64,
+    /// Whether there is a paper, with names below and the title in its caption.
+    paper: Option<Paper>,
+}
+
+impl Place {
+    /// Without a paper: as large as it is.
+    const FREE: Self = Self { panel: PANEL, font: 13.0, small: 12.0, pen: 1.0, paper: None };
+
+    /// On a paper: as wide as that, with room at the left for the numbers of the axis.
+    fn on(paper: Paper, plot: &Plot) -> Self {
+        let font = paper.font;
+        let height = (PANEL_SHAPE[0] * paper.width).min(PANEL_SHAPE[1] * 8.5 * CENTIMETRE);
+        let mut place = Self {
+            panel: [0.0, 0.6 * font, paper.width - 1.8 * font, 0.6 * font + height],
+            font,
+            small: font,
+            pen: 0.075 * font,
+            paper: Some(paper),
+        };
+        let axes = plot.axes(&place);
+        let labels = axes.map_or(Vec::new(), |a| a.y.ticks(place.room()[1]));
+        let widths = labels.iter().filter_map(|t| t.label.as_ref()).map(|l| face::width(l, font));
+        place.panel[0] = 2.0 * font + widths.fold(font, f64::max);
+        place
+    }
+
+    /// Least distances of labels along the axes.
+    fn room(&self) -> [f64; 2] {
+        if self.paper.is_some() { [3.9 * self.font, 1.7 * self.font] } else { [44.0, 22.0] }
+    }
+
+    /// Where the label of the lower axis stands.
+    fn x_label(&self) -> f64 {
+        self.panel[3] + if self.paper.is_some() { 2.7 * self.font } else { 42.0 }
+    }
+}
+
+/// A name and its remark below the plot, on a paper.
+struct Note<'a> {
+    curve: &'a Curve,
+    name: String,
+    remark: String,
+}
 
 impl Plot {
     /// How many values have no place on logarithmic axes: zero, negative or not finite.
@@ -47,20 +105,23 @@ impl Plot {
         mean.chain(self.runs()).filter(|(x, y)| drawable(*x, *y))
     }
 
-    fn axes(&self) -> Option<Axes> {
-        let low = self.drawn().map(|p| p.1).fold(f64::INFINITY, f64::min);
+    fn axes(&self, place: &Place) -> Option<Axes> {
+        let [left, top, right, bottom] = place.panel;
+        let (low, high) =
+            self.drawn().fold((f64::INFINITY, 0f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
         let band =
             self.curves.iter().flat_map(|c| &c.mean).filter_map(|p| p.interval).flat_map(|(a, b)| [a, b]);
-        // An interval that reaches down to nothing must not stretch the axis by decades.
-        let band = band.filter(|v| *v >= 0.5 * low);
+        // An interval that says next to nothing must not stretch the axis by decades.
+        let band = band.filter(|v| (0.5 * low..=2.0 * high).contains(v));
         let line = self.reference_line().map(|c| {
             let mean_x = self.drawn().map(|p| p.0.ln()).sum::<f64>() / self.drawn().count().max(1) as f64;
             (c.1 + c.0 * mean_x).exp()
         });
         let ys: Vec<f64> = self.drawn().map(|p| p.1).chain(band).chain(line).collect();
         Some(Axes {
-            x: LogAxis::covering(self.drawn().map(|p| p.0), PANEL[0], PANEL[2])?,
-            y: LogAxis::covering(ys, PANEL[3], PANEL[1])?,
+            x: LogAxis::covering(self.drawn().map(|p| p.0), left, right)?,
+            y: LogAxis::covering(ys, bottom, top)?,
+            pen: place.pen,
         })
     }
 
@@ -72,8 +133,18 @@ impl Plot {
         lowest.is_finite().then_some((slope, lowest - 2f64.ln()))
     }
 
-    /// The figure as an SVG element; with `Ink::Paper`, as the content of a file of its own.
-    pub fn svg(&self, ink: Ink) -> String {
+    /// The figure as an SVG element for the page.
+    pub fn inline(&self) -> String {
+        // Inline SVG needs no namespace, and the page is to hold no address at all.
+        self.svg(Ink::Page, None).replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1)
+    }
+
+    /// The figure as the content of a file of its own, laid out for a paper where there is one.
+    pub fn file(&self, paper: Option<Paper>) -> String {
+        self.svg(Ink::Paper, paper)
+    }
+
+    fn svg(&self, ink: Ink, paper: Option<Paper>) -> String {
         let names: Vec<&str> = self.curves.iter().map(|c| c.label.as_str()).collect();
         let about = format!(
             "{}: {} against {} for {}, both axes logarithmic",
@@ -82,18 +153,26 @@ impl Plot {
             self.x_label,
             names.join(", ")
         );
-        let view = format!("0 0 {WIDTH} {HEIGHT}");
+        let place = paper.map_or(Place::FREE, |paper| Place::on(paper, self));
+        let notes = paper.map(|paper| self.notes(&paper)).unwrap_or_default();
+        let [width, height] = match paper {
+            Some(paper) => {
+                [paper.width, place.x_label() + 0.4 * paper.font + self.notes_height(&paper, &notes)]
+            }
+            None => [WIDTH, HEIGHT],
+        };
+        let view = format!("0 0 {width} {height}");
         let mut m = Markup::default();
         m.tag(
             "svg",
             &[
                 ("xmlns", &"http://www.w3.org/2000/svg"),
                 ("viewBox", &view),
-                ("width", &WIDTH),
-                ("height", &HEIGHT),
+                ("width", &width),
+                ("height", &height),
                 ("role", &"img"),
                 ("font-family", &FONT),
-                ("font-size", &13),
+                ("font-size", &place.font),
                 ("fill", &ink.color(Role::Text)),
             ],
             |m| {
@@ -101,31 +180,31 @@ impl Plot {
                 if ink == Ink::Paper {
                     m.void(
                         "rect",
-                        &[("width", &WIDTH), ("height", &HEIGHT), ("fill", &ink.color(Role::Ground))],
+                        &[("width", &width), ("height", &height), ("fill", &ink.color(Role::Ground))],
                     );
                 }
-                m.leaf(
-                    "text",
-                    &[("x", &PANEL[0]), ("y", &20), ("font-size", &15), ("font-weight", &600)],
-                    shortened(&self.title, 70),
-                );
-                match self.axes() {
-                    Some(axes) => self.draw(m, ink, &axes),
-                    None => Self::draw_nothing(m, ink),
+                if paper.is_none() {
+                    m.leaf(
+                        "text",
+                        &[("x", &PANEL[0]), ("y", &20), ("font-size", &15), ("font-weight", &600)],
+                        shortened(&self.title, WIDTH - PANEL[0] - 10.0, 15.0),
+                    );
+                }
+                match self.axes(&place) {
+                    Some(axes) => self.draw(m, ink, &place, &axes),
+                    None => Self::draw_nothing(m, ink, &place),
+                }
+                if let Some(paper) = paper {
+                    self.draw_notes(m, ink, &paper, &notes, place.x_label() + 0.4 * paper.font);
                 }
             },
         );
-        let mut text = m.into_string();
-        if ink == Ink::Page {
-            // Inline SVG needs no namespace, and the page is to hold no address at all.
-            text = text.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
-        }
-        text
+        m.into_string()
     }
 
-    fn draw_nothing(m: &mut Markup, ink: Ink) {
-        let [left, top, right, bottom] = PANEL;
-        frame(m, ink);
+    fn draw_nothing(m: &mut Markup, ink: Ink, place: &Place) {
+        let [left, top, right, bottom] = place.panel;
+        frame(m, ink, place);
         m.leaf(
             "text",
             &[
@@ -138,9 +217,9 @@ impl Plot {
         );
     }
 
-    fn draw(&self, m: &mut Markup, ink: Ink, axes: &Axes) {
-        self.draw_grid(m, ink, axes);
-        self.draw_reference(m, ink, axes);
+    fn draw(&self, m: &mut Markup, ink: Ink, place: &Place, axes: &Axes) {
+        self.draw_grid(m, ink, place, axes);
+        self.draw_reference(m, ink, place, axes);
         for curve in &self.curves {
             draw_runs(m, ink, axes, curve);
         }
@@ -150,54 +229,106 @@ impl Plot {
         for curve in &self.curves {
             draw_mean(m, ink, axes, curve);
         }
-        frame(m, ink);
-        self.draw_names(m, ink, axes);
+        frame(m, ink, place);
+        if place.paper.is_none() {
+            self.draw_names(m, ink, axes);
+        }
     }
 
-    fn draw_grid(&self, m: &mut Markup, ink: Ink, axes: &Axes) {
-        let [left, top, right, bottom] = PANEL;
+    /// Names and remarks as they fit into the width of a paper.
+    fn notes(&self, paper: &Paper) -> Vec<Note<'_>> {
+        let font = paper.font;
+        let notes = self.curves.iter().map(|curve| {
+            let remark = if drawn_end(curve).is_some() { curve.remark.as_str() } else { "nothing to draw" };
+            let most = paper.width - Note::MARKER * font;
+            let remark = shortened(remark, 0.7 * most, font);
+            let left = most - face::width(&remark, font) - Note::SPACE * font;
+            Note { curve, name: shortened(&curve.label, left.max(3.0 * font), font), remark }
+        });
+        notes.collect()
+    }
+
+    /// How many notes stand beside each other, and how wide each is.
+    fn note_columns(paper: &Paper, notes: &[Note]) -> (usize, f64) {
+        let widest = notes.iter().map(|n| n.width(paper.font)).fold(1.0, f64::max);
+        let gap = 1.5 * paper.font;
+        let most = ((paper.width + gap) / (widest + gap)).floor().max(1.0) as usize;
+        let rows = notes.len().max(1).div_ceil(most);
+        (notes.len().max(1).div_ceil(rows), widest + gap)
+    }
+
+    fn notes_height(&self, paper: &Paper, notes: &[Note]) -> f64 {
+        let (columns, _) = Self::note_columns(paper, notes);
+        1.2 * paper.line() * notes.len().div_ceil(columns) as f64 + 0.3 * paper.font
+    }
+
+    fn draw_notes(&self, m: &mut Markup, ink: Ink, paper: &Paper, notes: &[Note], top: f64) {
+        let (columns, step) = Self::note_columns(paper, notes);
+        let font = paper.font;
+        let left = 0.5 * (paper.width - step * columns as f64 + 1.5 * font).max(0.0);
+        for (i, note) in notes.iter().enumerate() {
+            let x = left + step * (i % columns) as f64;
+            let y = top + 1.2 * paper.line() * ((i / columns) as f64 + 0.8);
+            let color = ink.series(note.curve.series, &note.curve.color);
+            let mark = marker(note.curve.series, x + 0.5 * font, y - 0.33 * font, 0.09 * font);
+            m.void("path", &[("d", &mark), ("fill", &color)]);
+            let x = x + Note::MARKER * font;
+            m.leaf(
+                "text",
+                &[("x", &Px(x)), ("y", &Px(y)), ("font-weight", &600), ("fill", &color)],
+                &note.name,
+            );
+            let x = x + face::width(&note.name, font) + Note::SPACE * font;
+            m.leaf("text", &[("x", &Px(x)), ("y", &Px(y)), ("fill", &ink.color(Role::Quiet))], &note.remark);
+        }
+    }
+
+    fn draw_grid(&self, m: &mut Markup, ink: Ink, place: &Place, axes: &Axes) {
+        let [left, top, right, bottom] = place.panel;
+        let (font, pen, paper) = (place.font, place.pen, place.paper.is_some());
         let (grid, text) = (ink.color(Role::Grid), ink.color(Role::Text));
-        for tick in axes.x.ticks(44.0) {
+        let below = bottom + if paper { 1.3 * font } else { 18.0 };
+        let beside = left - if paper { 0.4 * font } else { 8.0 };
+        let [room_x, room_y] = place.room();
+        for tick in axes.x.ticks(room_x) {
             let x = Px(axes.x.at_log10(tick.exponent));
-            let (y2, width) = if tick.label.is_some() { (top, 1.0) } else { (bottom - 4.0, 1.0) };
-            line(m, (x, Px(bottom)), (x, Px(y2)), grid, width);
+            let y2 = if tick.label.is_some() { top } else { bottom - 4.0 * pen };
+            line(m, (x, Px(bottom)), (x, Px(y2)), grid, pen);
             if let Some(label) = tick.label {
-                m.leaf("text", &[("x", &x), ("y", &(bottom + 18.0)), ("text-anchor", &"middle")], label);
+                m.leaf("text", &[("x", &x), ("y", &Px(below)), ("text-anchor", &"middle")], label);
             }
         }
-        for tick in axes.y.ticks(22.0) {
+        for tick in axes.y.ticks(room_y) {
             let y = Px(axes.y.at_log10(tick.exponent));
-            let x2 = if tick.label.is_some() { right } else { left + 4.0 };
-            line(m, (Px(left), y), (Px(x2), y), grid, 1.0);
+            let x2 = if tick.label.is_some() { right } else { left + 4.0 * pen };
+            line(m, (Px(left), y), (Px(x2), y), grid, pen);
             if let Some(label) = tick.label {
-                m.leaf(
-                    "text",
-                    &[("x", &(left - 8.0)), ("y", &Px(y.0 + 4.5)), ("text-anchor", &"end")],
-                    label,
-                );
+                let y = Px(y.0 + 0.35 * font);
+                m.leaf("text", &[("x", &Px(beside)), ("y", &y), ("text-anchor", &"end")], label);
             }
         }
-        let middle = 0.5 * (left + right);
+        let middle = Px(0.5 * (left + right));
         m.leaf(
             "text",
-            &[("x", &middle), ("y", &(bottom + 42.0)), ("text-anchor", &"middle"), ("fill", &text)],
-            &self.x_label,
+            &[("x", &middle), ("y", &Px(place.x_label())), ("text-anchor", &"middle"), ("fill", &text)],
+            shortened(&self.x_label, right - left, font),
         );
-        let turned = format!("rotate(-90 16 {:.1})", 0.5 * (top + bottom));
+        let (x, y) = (if paper { font } else { 16.0 }, 0.5 * (top + bottom));
+        let turned = format!("rotate(-90 {x:.2} {y:.2})");
         m.leaf(
             "text",
             &[
-                ("x", &16),
-                ("y", &Px(0.5 * (top + bottom))),
+                ("x", &Px(x)),
+                ("y", &Px(y)),
                 ("text-anchor", &"middle"),
                 ("transform", &turned),
                 ("fill", &text),
             ],
-            &self.y_label,
+            shortened(&self.y_label, bottom - top, font),
         );
     }
 
-    fn draw_reference(&self, m: &mut Markup, ink: Ink, axes: &Axes) {
+    fn draw_reference(&self, m: &mut Markup, ink: Ink, place: &Place, axes: &Axes) {
         let Some((slope, intercept)) = self.reference_line() else { return };
         // In decimal logarithms: y = offset + slope · x.
         let offset = intercept / std::f64::consts::LN_10;
@@ -207,8 +338,9 @@ impl Plot {
         if start >= end {
             return;
         }
-        let place = |x: f64| (axes.x.at_log10(x), axes.y.at_log10(y_of(x)));
-        let (a, b) = (place(start), place(end));
+        let at = |x: f64| (axes.x.at_log10(x), axes.y.at_log10(y_of(x)));
+        let (a, b) = (at(start), at(end));
+        let dashes = scaled_dashes("6 5", place.pen);
         m.void(
             "line",
             &[
@@ -217,35 +349,41 @@ impl Plot {
                 ("x2", &Px(b.0)),
                 ("y2", &Px(b.1)),
                 ("stroke", &ink.color(Role::Quiet)),
-                ("stroke-dasharray", &"6 5"),
+                ("stroke-width", &place.pen),
+                ("stroke-dasharray", &dashes),
             ],
         );
         let (x, y) = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
-        let angle = (b.1 - a.1).atan2(b.0 - a.0).to_degrees();
+        let text = format!("slope {}", super::numbers::significant(slope, 1));
+        // Within the panel, or not at all.
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        if place.paper.is_some() && dx.hypot(dy) < face::width(&text, place.small) + 4.0 * place.small {
+            return;
+        }
+        let angle = dy.atan2(dx).to_degrees();
         m.leaf(
             "text",
             &[
                 ("x", &Px(x)),
-                ("y", &Px(y + 15.0)),
+                ("y", &Px(y + 1.25 * place.small)),
                 ("text-anchor", &"middle"),
-                ("font-size", &12),
+                ("font-size", &place.small),
                 ("fill", &ink.color(Role::Quiet)),
-                ("transform", &format!("rotate({angle:.1} {x:.1} {y:.1})")),
+                ("transform", &format!("rotate({angle:.1} {x:.2} {y:.2})")),
             ],
-            format!("slope {}", super::numbers::significant(slope, 1)),
+            text,
         );
     }
 
     /// Names beside the panel, each at the end of its curve, moved apart where they would overlap.
     fn draw_names(&self, m: &mut Markup, ink: Ink, axes: &Axes) {
         let [_, top, right, bottom] = PANEL;
-        let ends: Vec<Option<(f64, f64)>> = self
-            .curves
-            .iter()
-            .map(|c| c.mean.iter().rev().find(|p| drawable(p.x, p.y)).map(|p| axes.at(p.x, p.y)))
-            .collect();
+        let place = Place::FREE;
+        let ends: Vec<Option<(f64, f64)>> =
+            self.curves.iter().map(|c| drawn_end(c).map(|(x, y)| axes.at(x, y))).collect();
         let wanted: Vec<f64> = ends.iter().map(|e| e.map_or(bottom, |e| e.1)).collect();
-        let lines: Vec<Vec<String>> = self.curves.iter().map(|c| wrapped(&c.label, NAME_LENGTH)).collect();
+        let lines: Vec<Vec<String>> =
+            self.curves.iter().map(|c| wrapped(&c.label, NAMES, place.small, 2)).collect();
         let tallest = lines.iter().map(|l| l.len() + 1).max().unwrap_or(1) as f64;
         let room = (bottom - top + 40.0) / self.curves.len() as f64;
         // With many curves only the first line of each name fits; the page lists the slopes in a table too.
@@ -268,9 +406,9 @@ impl Plot {
                     &[("d", &path), ("fill", &"none"), ("stroke", &color), ("stroke-opacity", &0.45)],
                 );
             }
-            m.void("path", &[("d", &marker(curve.series, right + 21.0, y)), ("fill", &color)]);
+            m.void("path", &[("d", &marker(curve.series, right + 21.0, y, 1.0)), ("fill", &color)]);
             let x = right + 31.0;
-            let shown = if all_fit { lines.as_slice() } else { &lines[..1] };
+            let shown = if all_fit { lines.as_slice() } else { &lines[..lines.len().min(1)] };
             let mut y = y + 4.5;
             for line in shown {
                 let attributes: [super::markup::Attribute; 5] =
@@ -291,6 +429,11 @@ impl Plot {
     }
 }
 
+/// The last point of a curve's mean that can be drawn.
+fn drawn_end(curve: &Curve) -> Option<(f64, f64)> {
+    curve.mean.iter().rev().find(|p| drawable(p.x, p.y)).map(|p| (p.x, p.y))
+}
+
 fn line(m: &mut Markup, a: (Px, Px), b: (Px, Px), color: &str, width: f64) {
     m.void(
         "line",
@@ -305,8 +448,8 @@ fn line(m: &mut Markup, a: (Px, Px), b: (Px, Px), color: &str, width: f64) {
     );
 }
 
-fn frame(m: &mut Markup, ink: Ink) {
-    let [left, top, right, bottom] = PANEL;
+fn frame(m: &mut Markup, ink: Ink, place: &Place) {
+    let [left, top, right, bottom] = place.panel;
     m.void(
         "rect",
         &[
@@ -316,29 +459,20 @@ fn frame(m: &mut Markup, ink: Ink) {
             ("height", &(bottom - top)),
             ("fill", &"none"),
             ("stroke", &ink.color(Role::Quiet)),
+            ("stroke-width", &place.pen),
         ],
     );
 }
 
-/// A name on one line or two, broken between words; cut where it is longer.
-fn wrapped(name: &str, length: usize) -> Vec<String> {
-    if name.chars().count() <= length {
-        return vec![name.to_owned()];
+impl Note<'_> {
+    /// Room for the marker, and between name and remark, in sizes of the letters.
+    const MARKER: f64 = 1.4;
+    const SPACE: f64 = 0.8;
+
+    fn width(&self, font: f64) -> f64 {
+        let texts = face::width(&self.name, font) + face::width(&self.remark, font);
+        texts + (Self::MARKER + Self::SPACE) * font
     }
-    let mut first = String::new();
-    for word in name.split_whitespace() {
-        if !first.is_empty() && first.chars().count() + 1 + word.chars().count() > length {
-            break;
-        }
-        if !first.is_empty() {
-            first.push(' ');
-        }
-        first.push_str(word);
-    }
-    // As many words as went to the first line.
-    let rest: Vec<&str> = name.split_whitespace().skip(first.split_whitespace().count()).collect();
-    let lines = [first, rest.join(" ")];
-    lines.iter().filter(|l| !l.is_empty()).map(|l| shortened(l, length)).collect()
 }
 
 /// Positions near the wanted ones, at least `gap` apart, within `low` and `high` where they fit.
@@ -394,12 +528,12 @@ mod tests {
 
     #[test]
     fn draws_what_it_is_given() {
-        let svg = plot(vec![curve("pt", 0, 1.0), curve("bpt <&>", 1, 0.5)]).svg(Ink::Paper);
+        let svg = plot(vec![curve("pt", 0, 1.0), curve("bpt <&>", 1, 0.5)]).file(None);
         assert_eq!(imbalance(&svg), None);
         assert!(svg.contains("bpt &lt;&amp;&gt;") && svg.contains("slope −1.00 ± 0.05"));
         assert!(svg.contains("stroke-dasharray=\"6 5\""), "the reference line");
         assert!(!svg.contains("var(") && !svg.contains("NaN") && !svg.contains("inf"));
-        assert!(plot(vec![curve("pt", 0, 1.0)]).svg(Ink::Page).contains("var(--series-0)"));
+        assert!(plot(vec![curve("pt", 0, 1.0)]).inline().contains("var(--series-0)"));
     }
 
     #[test]
@@ -411,36 +545,27 @@ mod tests {
         c.mean[4].interval = Some((-1.0, f64::NAN));
         let p = plot(vec![c]);
         assert_eq!(p.undrawable(), 3);
-        let svg = p.svg(Ink::Paper);
+        let svg = p.file(None);
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         let mut c = curve("pt", 0, 1.0);
         c.mean.iter_mut().for_each(|p| p.y = 0.0);
         c.runs.clear();
-        let svg = plot(vec![c]).svg(Ink::Paper);
+        let svg = plot(vec![c]).file(None);
         assert!(svg.contains("no positive finite value") && imbalance(&svg).is_none());
     }
 
     #[test]
     fn very_different_magnitudes_fit() {
-        let svg = plot(vec![curve("a", 0, 1e-9), curve("b", 1, 1e9)]).svg(Ink::Paper);
+        let svg = plot(vec![curve("a", 0, 1e-9), curve("b", 1, 1e9)]).file(None);
         for value in svg.split(['"', ' ', 'L', 'M']).filter_map(|s| s.parse::<f64>().ok()) {
             assert!((-70.0..=800.0).contains(&value), "{value} is off the figure");
         }
     }
 
     #[test]
-    fn long_names_take_two_lines() {
-        assert_eq!(wrapped("path tracing", 22), ["path tracing"]);
-        assert_eq!(wrapped("bidirectional path tracing", 22), ["bidirectional path", "tracing"]);
-        assert_eq!(wrapped("x".repeat(30).as_str(), 5), ["xxxx…"]);
-        assert_eq!(wrapped("one two three four five six seven", 9), ["one two", "three fo…"]);
-        assert_eq!(wrapped("", 9), [""]);
-    }
-
-    #[test]
     fn many_curves_keep_their_names_apart() {
         let curves: Vec<Curve> = (0..14).map(|i| curve(&format!("estimator number {i}"), i, 1.0)).collect();
-        let svg = plot(curves).svg(Ink::Paper);
+        let svg = plot(curves).file(None);
         let names = svg.split("<text ").filter(|t| t.contains(">estimator number"));
         let mut ys: Vec<f64> = names
             .map(|t| t.split("y=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap())

@@ -6,6 +6,7 @@ use super::layers::{Group, Kind, energy, longest_pair, name};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::{percent, plural};
+use super::paper::Paper;
 use super::picture::{Picture, factor};
 use crate::film::exr::LayeredImage;
 use crate::film::{Image, ScalarImage};
@@ -66,7 +67,7 @@ pub(super) fn pyramid(
             });
         });
     });
-    let figure = figure(view, entry, &rows);
+    let figure = figure(view, entry, &rows, context.paper());
     let slug = context.estimator_slug(entry.index);
     context.figures.push((format!("{}-pyramid-{slug}", view.slug), figure));
 }
@@ -168,7 +169,7 @@ pub(super) fn size_note(view: &SceneView) -> String {
     }
 }
 
-fn figure(view: &SceneView, entry: &Entry, rows: &[Row]) -> String {
+fn figure(view: &SceneView, entry: &Entry, rows: &[Row], paper: Option<Paper>) -> String {
     let mut montage = Montage::new(format!("{}: pyramid of {}", view.scene.label, entry.info.label), 120.0);
     for (i, row) in rows.iter().enumerate() {
         for (s, cell) in row.cells.iter().enumerate() {
@@ -179,7 +180,7 @@ fn figure(view: &SceneView, entry: &Entry, rows: &[Row]) -> String {
         }
         montage.name_row(i, &format!("k = {}\n{}", row.length, multiplier(row.stops).join("\n")));
     }
-    montage.svg()
+    montage.on(paper)
 }
 
 #[cfg(test)]

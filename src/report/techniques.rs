@@ -6,6 +6,7 @@ use super::layers::{Group, Kind, energy, families, name};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::significant;
+use super::paper::Paper;
 use super::picture::{Picture, factor};
 use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
@@ -148,7 +149,7 @@ pub(super) fn strip(
             });
         });
     });
-    let figure = figure(entry, view, combined, &rows);
+    let figure = figure(entry, view, combined, &rows, context.paper());
     let slug = context.estimator_slug(entry.index);
     context.figures.push((format!("{}-techniques-{slug}", view.slug), figure));
 }
@@ -235,7 +236,7 @@ fn caption(m: &mut Markup, row: &Row, kind: Kind) {
 }
 
 /// The same as a figure of its own.
-pub(super) fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row]) -> String {
+fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row], paper: Option<Paper>) -> String {
     let mut montage =
         Montage::new(format!("{}: techniques of {}", view.scene.label, entry.info.label), 170.0);
     let stops = view.scene.exposure;
@@ -254,5 +255,5 @@ pub(super) fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[
         }
         montage.name_row(line + 1, ["weighted", "unweighted", "mean weight"][place(kind)]);
     }
-    montage.svg()
+    montage.on(paper)
 }

@@ -25,8 +25,8 @@ const MANTISSAS: [u32; 4] = [10, 7, 5, 3];
 /// Pixels of a page's layers of techniques and of (s, t) in all; beyond, they are shrunk.
 const MOST_LAYER_PIXELS: usize = 4_000_000;
 
-/// What an image is to the viewer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// What an image is to the viewer, in the order of its list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Role {
     /// What the others are compared with.
@@ -128,6 +128,9 @@ impl Viewer {
 
     fn scene<'a>(&'a self, view: &'a SceneView) -> SceneEntry<'a> {
         let of_scene = self.items.iter().enumerate().filter(|(_, item)| item.scene == view.scene.key);
+        // The number keys lead to the first ten: the reference and the estimators, whatever the page shows first.
+        let mut of_scene: Vec<(usize, &Item)> = of_scene.collect();
+        of_scene.sort_by_key(|(_, item)| item.role);
         SceneEntry {
             key: &view.scene.key,
             label: &view.scene.label,
@@ -135,6 +138,7 @@ impl Viewer {
             width: view.scene.width,
             height: view.scene.height,
             images: of_scene
+                .into_iter()
                 .map(|(i, item)| Entry {
                     label: &item.label,
                     exr: &item.exr,

@@ -1,5 +1,6 @@
 //! The page made from results that never ran: it is whole, holds all it shows, and stands whatever the numbers are.
 
+mod layout;
 mod synthetic;
 
 use super::markup::imbalance;
@@ -163,7 +164,14 @@ fn contributions_come_first() {
     assert_eq!(stems, figures, "each figure is a PNG too");
     let svg = std::fs::read_to_string(&summary.figures[0]).unwrap();
     assert_eq!(svg.matches("<image").count(), 1 + 4, "the image, and a tile a technique");
-    assert_eq!(svg.matches(" %</text>").count(), 4, "with shares: {}", svg.matches("<text").count());
+    assert_eq!(svg.matches(" %\"").count(), 4, "with shares: {}", svg.matches("aria-label").count());
+    // In the viewer the number keys lead to the reference and the estimators all the same.
+    let list = html.split("id=\"viewer-data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let list: serde_json::Value = serde_json::from_str(list).unwrap();
+    let images = list["scenes"][0]["images"].as_array().unwrap();
+    let roles: Vec<&str> = images.iter().map(|i| i["role"].as_str().unwrap()).collect();
+    assert_eq!(roles[..5], ["reference", "estimate", "estimate", "estimate", "layer"]);
+    assert!(roles[4..].iter().all(|r| *r == "layer") && images[1]["label"] == "path tracing");
     // Without layers there is none, and nothing is said to be missing.
     let r = results(dir.path(), &Options { layers: false, ..Options::default() });
     let (html, summary) = page(dir.path(), &r);
@@ -203,6 +211,7 @@ fn figures_that_are_not_wanted_are_not_made() {
         convergence: false,
         costs: false,
         width_cm: None,
+        font_pt: None,
     };
     let (html, summary) = page(dir.path(), &r);
     assert!(html.contains("-metrics\"") && summary.figures.is_empty());

@@ -377,6 +377,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
             convergence: true,
             costs: true,
             width_cm: Some(8.5),
+            font_pt: None,
         },
         warnings: Vec::new(),
     }
