@@ -17,7 +17,7 @@ use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Film, Image, ScalarImage};
-use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, prepare_folder};
+use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, origin, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
@@ -241,6 +241,7 @@ impl<'a> SceneContext<'a> {
         let bare = Settings { layers: Layers::None, ..*settings };
         let mut file = layered(self.scene, &bare, &resolved, &outcome);
         file.push(OUTLIERS, outcome.film.outliers());
+        file.metadata.extend(origin(&self.entry.path, self.key.contents()));
         exr::write(self.out.join(&exr), &file)?;
         gathered.shares.add(&outcome.film);
         let mut file = layered(self.scene, settings, &resolved, &outcome);

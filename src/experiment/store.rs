@@ -93,7 +93,10 @@ pub struct Unit {
 
 /// What the runs of a scene have in common.
 #[derive(Clone, Debug)]
-pub struct SceneKey(String);
+pub struct SceneKey {
+    key: String,
+    contents: String,
+}
 
 impl SceneKey {
     /// Of the contents of a scene's files, and the size of its images.
@@ -105,11 +108,18 @@ impl SceneKey {
         hasher.field(RENDERING.as_bytes());
         let (size, crop) = (scene.camera.size(), scene.camera.crop());
         hasher.field(format!("{size} {} {} {} {}", crop.x0, crop.y0, crop.x1, crop.y1).as_bytes());
+        let mut contents = Hasher::default();
         for path in &scene.dependencies {
             let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read it", &e))?;
             hasher.field(&bytes);
+            contents.field(&bytes);
         }
-        Ok(Self(hasher.hex()))
+        Ok(Self { key: hasher.hex(), contents: contents.hex() })
+    }
+
+    /// Names the contents of the scene's files alone, whatever code renders them and in which size.
+    pub fn contents(&self) -> &str {
+        &self.contents
     }
 }
 
@@ -140,7 +150,7 @@ impl Unit {
             pyramid,
         } = settings;
         let mut hasher = Hasher::default();
-        hasher.field(scene.1.0.as_bytes());
+        hasher.field(scene.1.key.as_bytes());
         let words = format!(
             "{techniques} {heuristic:?} {connections:?} {tracking:?} {merging:?} {min_length} {max_length}"
         );
