@@ -10,7 +10,7 @@ use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
-use super::work::{Got, Work, without_noise};
+use super::work::{Got, Work, noise_in, without_noise};
 use crate::error::{Error, Result};
 use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
@@ -248,7 +248,7 @@ impl<'a> SceneContext<'a> {
         // There is no mean of them.
         file.layers.retain(|l| l.name != OUTLIERS);
         gathered.mean.add(file, &outcome.film);
-        let metrics = self.metrics(&image, &mut gathered.maps)?;
+        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
         let without_noise = |m| self.truth.map(|truth| without_noise(m, &image, truth)).transpose();
         let (relmse, mse) = (without_noise(Metric::RelMse)?, without_noise(Metric::Mse)?);
         gathered.runs.push(Run {
@@ -264,6 +264,7 @@ impl<'a> SceneContext<'a> {
             partial: outcome.partial,
             mean: image.mean(),
             metrics,
+            measured,
             relmse,
             mse,
             checkpoints,
@@ -279,24 +280,28 @@ impl<'a> SceneContext<'a> {
         let Some(truth) = self.truth else { return Ok(None) };
         let mut metrics = BTreeMap::new();
         for metric in self.plan.metrics.iter().filter(|m| is_quick(**m)) {
-            let value = metric.measure(image, &truth.image)?.value;
-            metrics.insert(metric.description().key.to_owned(), value);
+            metrics.insert(metric.description().key.to_owned(), without_noise(*metric, image, truth)?);
         }
         Ok(Some(Checkpoint { spp, seconds, metrics }))
     }
 
-    /// All metrics at the end of a run; its maps are added up.
+    /// All metrics at the end of a run, and those from which the reference's noise was taken off as they were measured; its maps
+    /// are added up.
     fn metrics(
         &self,
         image: &Image,
         maps: &mut BTreeMap<String, ScalarImage>,
-    ) -> Result<BTreeMap<String, f64>> {
-        let mut values = BTreeMap::new();
-        let Some(truth) = self.truth else { return Ok(values) };
+    ) -> Result<(BTreeMap<String, f64>, BTreeMap<String, f64>)> {
+        let (mut values, mut measured) = (BTreeMap::new(), BTreeMap::new());
+        let Some(truth) = self.truth else { return Ok((values, measured)) };
         for metric in &self.plan.metrics {
             let key = metric.description().key;
             let measurement = metric.measure(image, &truth.image)?;
-            values.insert(key.to_owned(), measurement.value);
+            let noise = noise_in(*metric, truth)?;
+            values.insert(key.to_owned(), measurement.value - noise.unwrap_or(0.0));
+            if noise.is_some() {
+                measured.insert(key.to_owned(), measurement.value);
+            }
             match maps.get_mut(key) {
                 None => drop(maps.insert(key.to_owned(), measurement.map)),
                 Some(sum) => {
@@ -304,7 +309,7 @@ impl<'a> SceneContext<'a> {
                 }
             }
         }
-        Ok(values)
+        Ok((values, measured))
     }
 
     fn write_means(&self, folder: &str, gathered: &Gathered) -> Result<Files> {
@@ -372,11 +377,11 @@ impl<'a> SceneContext<'a> {
         let split = split(&gathered.images, self.truth);
         let summary: Vec<Summary> =
             self.plan.metrics.iter().filter_map(|metric| self.summary(*metric, gathered)).collect();
-        let noise = |key: &str| summary.iter().find(|s| s.metric == key).and_then(|s| s.noise).unwrap_or(0.0);
-        let curves = self.plan.metrics.iter().filter_map(|m| {
-            let key = m.description().key;
-            curve(key, runs, noise(key)).filter(|c| !c.points.is_empty())
-        });
+        let curves = self
+            .plan
+            .metrics
+            .iter()
+            .filter_map(|m| curve(m.description().key, runs).filter(|c| !c.points.is_empty()));
         let convergence = curves.collect();
         let nothing = Estimate { mean: 0.0, interval: None };
         let seconds = estimate(&seconds).unwrap_or(nothing);
@@ -407,22 +412,25 @@ impl<'a> SceneContext<'a> {
     /// A metric over the runs, with what the reference's noise adds to it.
     fn summary(&self, metric: Metric, gathered: &Gathered) -> Option<Summary> {
         let key = metric.description().key;
-        let values: Option<Vec<f64>> = gathered.runs.iter().map(|r| r.metrics.get(key).copied()).collect();
-        let value = estimate(&values?)?;
+        let over = |of: fn(&Run) -> &BTreeMap<String, f64>| {
+            let values: Option<Vec<f64>> = gathered.runs.iter().map(|r| of(r).get(key).copied()).collect();
+            estimate(&values?)
+        };
         let truth = self.truth?;
-        let noise =
-            truth.variance.as_ref().and_then(|v| metric.reference_noise(&truth.image, v).ok().flatten());
-        let corrected = noise.map(|noise| {
-            let weight = |r: f64| if metric == Metric::RelMse { 1.0 / (r * r + EPSILON) } else { 1.0 };
-            let more = noise_variance(&gathered.images, truth, weight);
-            let quantile = two_sided_quantile(CONFIDENCE, gathered.runs.len() as f64 - 1.0).unwrap_or(0.0);
-            let interval = value.interval.map(|i| {
-                let half = (0.5 * (i.high - i.low)).hypot(quantile * more.sqrt());
-                Interval { low: value.mean - noise - half, high: value.mean - noise + half }
-            });
-            Estimate { mean: value.mean - noise, interval }
+        let (plain, measured) = (over(|r| &r.metrics)?, over(|r| &r.measured));
+        let noise = noise_in(metric, truth).ok().flatten();
+        if noise.is_none() {
+            return Some(Summary { metric: key.to_owned(), value: plain, noise, measured: None });
+        }
+        let weight = |r: f64| if metric == Metric::RelMse { 1.0 / (r * r + EPSILON) } else { 1.0 };
+        let more = noise_variance(&gathered.images, truth, weight);
+        let quantile = two_sided_quantile(CONFIDENCE, gathered.runs.len() as f64 - 1.0).unwrap_or(0.0);
+        let interval = plain.interval.map(|i| {
+            let half = (0.5 * (i.high - i.low)).hypot(quantile * more.sqrt());
+            Interval { low: plain.mean - half, high: plain.mean + half }
         });
-        Some(Summary { metric: key.to_owned(), value, noise, corrected })
+        let value = Estimate { mean: plain.mean, interval };
+        Some(Summary { metric: key.to_owned(), value, noise, measured })
     }
 
     fn warnings(&self, estimator: &EstimatorPlan, cell: &Cell) -> Vec<String> {
@@ -488,7 +496,7 @@ impl<'a> SceneContext<'a> {
         }
         for summary in &cell.summary {
             let Some(noise) = summary.noise else { continue };
-            let share = noise / summary.value.mean;
+            let share = noise / summary.measured.unwrap_or(summary.value).mean;
             let metric = self.plan.metrics.iter().find(|m| m.description().key == summary.metric);
             let label = metric.map_or("", |m| m.description().label);
             if share > DOMINANT_NOISE {

@@ -260,7 +260,7 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
                 metric: m.0.into(),
                 value: over(&|r| r.metrics[m.0]),
                 noise: None,
-                corrected: None,
+                measured: None,
             })
             .collect(),
         variance: several.then(|| over(&|r| 0.9 * r.metrics["mse"])),
