@@ -128,7 +128,17 @@ fn numbers_follow_from_the_files() {
 fn tables_have_a_row_a_number() {
     let bench = Bench::new();
     bench.write("experiment.toml", &format!("{EXPERIMENT}\n[figures]\ncosts = true\n"));
-    bench.succeed("run experiment.toml");
+    // What takes time beside the renders is said when it begins.
+    let (_, err) = bench.succeed("run experiment.toml");
+    for part in [
+        "small: pt: measuring: 3 runs\n",
+        "small: pt: what techniques cost, each left out in turn: 18 renders\n",
+        "small: all: what techniques cost, each left out in turn: 30 renders\n",
+        "small: all: what techniques cost, each left out in turn: done in ",
+        "page and figures of 1 scenes and 2 estimators\n",
+    ] {
+        assert!(err.contains(part), "'{part}' is not in {err}");
+    }
     let results = results(&bench);
     let text = std::fs::read_to_string(bench.path("results/experiment/results.csv")).unwrap();
     let mut lines = text.lines();

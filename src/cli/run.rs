@@ -58,6 +58,7 @@ pub fn alone(args: &RunArgs) -> Result<Ending> {
 /// # Errors
 /// Files that cannot be written.
 pub fn show(out: &Path, results: &Results) -> Result<()> {
+    eprintln!("page and figures of {} scenes and {} estimators", results.scenes.len(), results.estimators.len());
     let report = report_of(out, results)?;
     for problem in &report.problems {
         eprintln!("warning: {problem}");

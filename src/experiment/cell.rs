@@ -167,6 +167,8 @@ impl<'a> SceneContext<'a> {
             shares: Shares::default(),
             settings: Vec::new(),
         };
+        let what = format!("{}: {}: measuring", self.entry.key, estimator.key);
+        let mut said = false;
         for run in 0..self.plan.runs {
             let (unit, work) = self.unit(estimator, run)?;
             let of_run = |s: &&Stopped| s.estimator == estimator.key && s.run == run;
@@ -184,8 +186,12 @@ impl<'a> SceneContext<'a> {
                 },
             };
             if let Some(state) = state.filter(|s| s.outcome.film.iterations() > 0) {
+                if !std::mem::replace(&mut said, true) {
+                    observer.begin_steps(&what, self.plan.runs.into(), "runs");
+                }
                 prepare_folder(&self.out.join(&folder))?;
                 self.run(&folder, run, &work.settings, state, &mut gathered)?;
+                observer.step(u64::from(run) + 1);
             }
         }
         if gathered.runs.is_empty() {
@@ -200,12 +206,17 @@ impl<'a> SceneContext<'a> {
         write_bytes(&self.out.join(&folder).join("settings.toml"), text.as_bytes())?;
         let files = self.write_means(&folder, &gathered)?;
         let mut cell = self.cell(estimator, &gathered, files);
-        cell.techniques = gathered.shares.rows(&self.costs(estimator)?);
+        observer.end_steps();
+        cell.techniques = gathered.shares.rows(&self.costs(estimator, observer)?);
         Ok(Some(Measured { cell, maps: gathered.maps }))
     }
 
     /// What each technique costs, where that is wanted.
-    fn costs(&self, estimator: &EstimatorPlan) -> Result<Vec<(Technique, Estimate)>> {
+    fn costs(
+        &self,
+        estimator: &EstimatorPlan,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<(Technique, Estimate)>> {
         if !self.plan.figures.costs {
             return Ok(Vec::new());
         }
@@ -217,7 +228,8 @@ impl<'a> SceneContext<'a> {
             return Ok(Vec::new());
         }
         prepare_folder(&folder)?;
-        costs(self.scene, &work.settings, &file)
+        let name = format!("{}: {}", self.entry.key, estimator.key);
+        costs(self.scene, &work.settings, &file, (&name, observer))
     }
 
     /// One run: one seed.

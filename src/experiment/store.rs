@@ -185,8 +185,7 @@ impl Unit {
 
     /// Whether another process has the lock, as far as can be told.
     pub fn is_busy(&self) -> bool {
-        let Ok(file) = File::open(self.folder.join("lock")) else { return false };
-        matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
+        is_busy(&self.folder)
     }
 
     /// The states that are there, the longest first.
@@ -348,6 +347,12 @@ pub fn lock(folder: &Path) -> Result<Option<Option<File>>> {
         Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => Ok(Some(None)),
         Err(TryLockError::Error(e)) => Err(Error::io(&path, "lock it", &e)),
     }
+}
+
+/// Whether another process has the lock on a folder, as far as can be told.
+pub fn is_busy(folder: &Path) -> bool {
+    let Ok(file) = File::open(folder.join("lock")) else { return false };
+    matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
 }
 
 /// Whether a file's name is that of one that is being written.
