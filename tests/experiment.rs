@@ -82,6 +82,14 @@ fn a_report_can_be_made_again() {
     let (out, _) = bench.succeed("report results/experiment");
     assert!(out.contains("index.html"));
     assert_eq!(std::fs::read(&page).unwrap(), first);
+    // Of the file as it is now the report knows nothing.
+    let hint = "experiment.toml has changed since: `tyndall run experiment.toml` takes that up";
+    assert!(!bench.succeed("report results/experiment").1.contains("changed"));
+    bench.write("experiment.toml", &EXPERIMENT.replace("A small experiment", "Another title"));
+    let (_, err) = bench.succeed("report results/experiment");
+    assert!(err.contains(hint), "{err}");
+    std::fs::remove_file(bench.path("experiment.toml")).unwrap();
+    assert!(!bench.succeed("report results/experiment").1.contains("changed"));
 }
 
 /// The numbers in the files belong together: metrics follow from the images, means from the runs.
@@ -135,7 +143,7 @@ fn tables_have_a_row_a_number() {
         "small: pt: what techniques cost, each left out in turn: 18 renders\n",
         "small: all: what techniques cost, each left out in turn: 30 renders\n",
         "small: all: what techniques cost, each left out in turn: done in ",
-        "page and figures of 1 scenes and 2 estimators\n",
+        "page and figures of 1 scene and 2 estimators\n",
     ] {
         assert!(err.contains(part), "'{part}' is not in {err}");
     }

@@ -17,6 +17,7 @@ pub mod status;
 pub mod techniques;
 
 use crate::error::{Error, Result};
+use crate::experiment::results::{self, Origin};
 use args::{Cli, Command, CompareArgs, ReportArgs};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
@@ -77,6 +78,13 @@ fn compare(args: &CompareArgs) -> Result<Ending> {
 
 fn report(args: &ReportArgs) -> Result<Ending> {
     let report = crate::report::report(&args.dir)?;
+    if let Some(origin) = results::read(&args.dir)?.source.filter(Origin::has_changed) {
+        let here = std::env::current_dir().unwrap_or_default();
+        let file = origin.file.strip_prefix(here).unwrap_or(&origin.file).display();
+        eprintln!(
+            "warning: {file} has changed since: `tyndall run {file}` takes that up and renders only what is missing"
+        );
+    }
     for problem in &report.problems {
         eprintln!("warning: {problem}");
     }

@@ -89,7 +89,12 @@ pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> R
     settings.connections = args.connections.into();
     settings.light_starts = args.light_starts.into();
     settings.tracking = args.tracking.into();
-    settings.merging = MergeDef::parse(&args.merge)?.resolve(first);
+    let merge = MergeDef::parse(&args.merge)?;
+    for technique in merge.idle(techniques) {
+        let key = technique.info().key;
+        eprintln!("warning: --merge {key}… changes nothing: {key} is not among the techniques {techniques}");
+    }
+    settings.merging = merge.resolve(first);
     settings.seed = args.seed;
     settings.layers = args.layers.into();
     settings.heuristic = match args.heuristic {

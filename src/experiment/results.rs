@@ -31,15 +31,17 @@
 //!     cells/                  runs as far as they have come: see [`super::store`]
 //! ```
 
+use super::hash::Hasher;
 use super::numbers::{named, number, three};
 use super::older;
 use crate::error::{Error, Result};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
 use crate::render::files::all_paths;
+use crate::scene::file::source::Source;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The version of the schema that this program writes. It grows when a reader of the old one would be misled;
 /// new keys alone do not change it.
@@ -55,6 +57,9 @@ pub struct Results {
     pub schema: u32,
     /// The experiment's name: its file's, without `.toml`.
     pub experiment: String,
+    /// The experiment file; none in results from before this was kept.
+    #[serde(default)]
+    pub source: Option<Origin>,
     /// For people; the name where the file has none.
     pub title: String,
     /// What it is about; may be empty. Plain text, paragraphs separated by blank lines.
@@ -86,6 +91,28 @@ pub struct Results {
     pub figures: Figures,
     /// What the reader of the results should know.
     pub warnings: Vec<String>,
+}
+
+/// The file that an experiment was read from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Its absolute path.
+    pub file: PathBuf,
+    /// A hash of its text, without the changes of `--set`.
+    pub contents: String,
+}
+
+impl Origin {
+    /// Of a text that was read.
+    pub fn of(source: &Source) -> Self {
+        let file = std::path::absolute(source.path()).unwrap_or_else(|_| source.path().to_owned());
+        Self { file, contents: Hasher::default().field(source.text().as_bytes()).hex() }
+    }
+
+    /// Whether the file is still there and has another text now.
+    pub fn has_changed(&self) -> bool {
+        Source::read(&self.file).is_ok_and(|now| Self::of(&now).contents != self.contents)
+    }
 }
 
 /// A computer.

@@ -45,6 +45,7 @@ fn results() -> Results {
     Results {
         schema: SCHEMA,
         experiment: "e".into(),
+        source: Some(Origin { file: "/a/e.toml".into(), contents: "0".into() }),
         title: "E".into(),
         description: String::new(),
         program: "tyndall".into(),

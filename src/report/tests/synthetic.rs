@@ -356,6 +356,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
     Results {
         schema: SCHEMA,
         experiment: "synthetic".into(),
+        source: None,
         title: "Three ways to light a box".into(),
         description: "Path tracing, light tracing and both together at equal time.\n\nThe second paragraph."
             .into(),
