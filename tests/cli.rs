@@ -33,7 +33,10 @@ fn bad_command_lines_end_in_one_message() {
         ("render small --tracking sometimes", &["--tracking", "auto, exact, delta"]),
         ("render small --tracking delta", &["`delta` is for hit and nee alone", "connect, lens must know"]),
         ("render small --layers some", &["--layers", "families"]),
-        ("render smal", &["smal", "there is no such scene file", "/scenes, as that is no folder", "is started"]),
+        (
+            "render smal",
+            &["smal", "there is no such scene file", "/scenes, as that is no folder", "is started"],
+        ),
         ("render small --merge bb1d.radus=1", &["--merge bb1d.radus=1", "did you mean `radius`?"]),
         ("render small/scene.tom", &["there is no such scene file"]),
         ("render small --out small", &["small", ".exr or .png"]),
@@ -211,7 +214,10 @@ fn merges_in_media_are_warned_of_where_there_is_none() {
     let (_, err) = bench.succeed("render small --estimator upbp --spp 1 --out with.exr");
     assert!(err.contains("warning: nothing scatters") && err.contains("pp3d, pb2d, bb1d"), "{err}");
     let (_, err) = bench.succeed("render small --estimator bpt --spp 1 --merge surf.radius=0.01 --out a.exr");
-    assert!(err.contains("warning: --merge surf… changes nothing: surf is not among the techniques"), "{err}");
+    assert!(
+        err.contains("warning: --merge surf… changes nothing: surf is not among the techniques"),
+        "{err}"
+    );
     let (_, err) =
         bench.succeed("render small --estimator vcm --spp 1 --merge surf.radius=0.01 --out without.exr");
     assert!(!err.contains("warning"), "{err}");

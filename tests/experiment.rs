@@ -170,11 +170,15 @@ fn tables_have_a_row_a_number() {
             for (metric, value) in &run.metrics {
                 let summary = cell.summary.iter().find(|s| s.metric == *metric).unwrap();
                 assert_eq!(get(Some(run.index), metric), (*value, ends(cell.metric(metric).unwrap())));
-                let measured = values.get(&(cell.estimator.clone(), Some(run.index), format!("{metric}_measured")));
+                let measured =
+                    values.get(&(cell.estimator.clone(), Some(run.index), format!("{metric}_measured")));
                 // FLIP has no part that is the reference's noise.
                 assert_eq!(measured.is_some(), metric != "flip");
                 if let Some((measured, interval)) = measured {
-                    assert!((measured - value - summary.noise.unwrap()).abs() < 1e-12 && summary.noise > Some(0.0));
+                    assert!(
+                        (measured - value - summary.noise.unwrap()).abs() < 1e-12
+                            && summary.noise > Some(0.0)
+                    );
                     assert_eq!(*interval, ends(summary.measured.unwrap()));
                 }
             }
@@ -209,7 +213,11 @@ fn tables_have_a_row_a_number() {
         }
         expected += 3 * (3 + 2 + 3) + 4 + 4 * cell.techniques.len();
     }
-    assert_eq!(values.len(), expected, "runs × (metrics, two as measured, mean, spp, seconds), and those over the runs");
+    assert_eq!(
+        values.len(),
+        expected,
+        "runs × (metrics, two as measured, mean, spp, seconds), and those over the runs"
+    );
 }
 
 #[test]

@@ -131,7 +131,8 @@ fn reference(scene: &str, making: &Making) -> ReferenceRow {
     let budget = making.budget();
     let (iterations, seconds) = making.there();
     let done = !budget.goes_on(iterations, seconds);
-    let left = if done { Some(0.0) } else { left_of(budget, (iterations, seconds), seconds / iterations as f64) };
+    let left =
+        if done { Some(0.0) } else { left_of(budget, (iterations, seconds), seconds / iterations as f64) };
     let busy = is_busy(making.folder());
     ReferenceRow { scene: scene.to_owned(), budget, iterations, seconds, done, busy, left }
 }

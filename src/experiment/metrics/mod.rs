@@ -11,8 +11,8 @@ pub mod relmse;
 pub mod smape;
 
 use crate::error::{Error, Result};
-use crate::scene::file::source::allowed;
 use crate::film::{Image, ScalarImage};
+use crate::scene::file::source::allowed;
 
 /// An error metric between an image and its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

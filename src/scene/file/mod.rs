@@ -72,7 +72,9 @@ pub fn resolve(scene: &Path) -> Result<PathBuf> {
     let mut message =
         format!("there is no such scene file, nor a folder of that name in {}", absolute.display());
     if !folder.is_dir() {
-        message.push_str(", as that is no folder: names are looked for in the folder scenes/ where tyndall is started");
+        message.push_str(
+            ", as that is no folder: names are looked for in the folder scenes/ where tyndall is started",
+        );
     }
     if !known.is_empty() {
         message.push_str(&format!("; there: {}", known.join(", ")));
