@@ -178,6 +178,10 @@ fn status_tells_what_is_left() {
     // A reference of some seconds is in what is to go.
     let timed = format!("{CHANGES} --set reference.seconds=60 --set budget.seconds=2");
     let (out, _) = bench.succeed(&format!("status experiment.toml {timed} --set figures.costs=true"));
+    let last = "reference are done; at least 1 min 06 s of rendering to go, a part of it cannot be told yet, and then";
+    assert!(out.contains(last), "{out}");
+    let timed = format!("{timed} --set estimator.pt.budget.seconds=2");
+    let (out, _) = bench.succeed(&format!("status experiment.toml {timed} --set figures.costs=true"));
     let last = "0 of 6 runs and 0 of 1 reference are done; 1 min 12 s of rendering to go, and then measuring, with what";
     assert!(out.contains(last), "{out}");
     assert_eq!(row(&out, " the reference ")[3..10], ["0.0", "of", "60", "s", "0", "0", "1"], "{out}");

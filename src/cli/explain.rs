@@ -207,7 +207,7 @@ impl Made {
     fn list(&self, path: &Path, all: &[Largest], top: usize) -> String {
         let Resolved { scene, techniques, size: [width, height], .. } = &self.resolved;
         let mut text = format!(
-            "{scene}, {width}x{height}, {} spp of {}: the pixels to which one sample adds most\n\n{:>4} {:>13} {:>12} {:>11} {:>10}\n",
+            "{scene}, {width}x{height}, {} spp of {}: the pixels with the largest samples, by luminance times share of the pixel\n\n{:>4} {:>13} {:>12} {:>11} {:>10}\n",
             self.iterations,
             techniques.join(","),
             "",

@@ -80,8 +80,9 @@ fn text(status: &Status) -> String {
 
 /// What is done in all, and what is to come.
 fn last_line(status: &Status) -> String {
-    let parts = status.references.iter().map(|r| r.left).chain(status.rows.iter().map(|r| r.left));
-    let all = parts.into_iter().try_fold(0.0, |sum, left| Some(sum + left?));
+    let parts = || status.references.iter().map(|r| r.left).chain(status.rows.iter().map(|r| r.left));
+    // From +0: the empty sum of floats is −0.
+    let known = parts().flatten().fold(0.0, |sum, seconds| sum + seconds);
     let (done, runs) = status.rows.iter().fold((0, 0), |(d, n), r| (d + r.done, n + r.runs));
     let references = status.references.iter().filter(|r| r.done).count();
     let of_references = match status.references.len() {
@@ -89,10 +90,13 @@ fn last_line(status: &Status) -> String {
         1 => format!(" and {references} of 1 reference"),
         n => format!(" and {references} of {n} references"),
     };
-    let left = all.map_or_else(
-        || "what is left cannot be told yet".into(),
-        |s| format!("{} of rendering to go", clock(s)),
-    );
+    let left = match (parts().all(|left| left.is_some()), known > 0.0) {
+        (true, _) => format!("{} of rendering to go", clock(known)),
+        (false, true) => {
+            format!("at least {} of rendering to go, a part of it cannot be told yet", clock(known))
+        }
+        (false, false) => "what is left cannot be told yet".into(),
+    };
     let whole = done == runs && references == status.references.len();
     let then = match (whole, status.costs) {
         (true, _) => "",

@@ -17,7 +17,16 @@ pub struct Largest {
     pub share: f32,
 }
 
-/// Of every pixel, by luminance, the largest first; pixels without light are missing. None where the file has no such layer.
+impl Largest {
+    /// By what they are ordered: the luminance times the share. A lamp that is seen in every iteration adds much to its pixel each time,
+    /// and no iteration has a large share of it; a firefly has.
+    fn weight(&self) -> f32 {
+        self.luminance * self.share
+    }
+}
+
+/// Of every pixel, by luminance times share, the largest first; pixels without light are missing. None where the file has no such
+/// layer.
 pub fn largest(file: &LayeredImage) -> Option<Vec<Largest>> {
     let layer = file.layer(OUTLIERS)?;
     let of = |(i, &[luminance, iteration, share]): (usize, &[f32; 3])| {
@@ -27,7 +36,7 @@ pub fn largest(file: &LayeredImage) -> Option<Vec<Largest>> {
     };
     let mut all: Vec<Largest> =
         layer.pixels.iter().enumerate().map(of).filter(|l| l.luminance > 0.0).collect();
-    all.sort_by(|a, b| b.luminance.total_cmp(&a.luminance));
+    all.sort_by(|a, b| b.weight().total_cmp(&a.weight()));
     Some(all)
 }
 
@@ -58,6 +67,10 @@ mod tests {
         let places: Vec<_> = found.iter().map(|l| (l.pixel, l.luminance)).collect();
         assert_eq!(places, [([12, 21], 2.0), ([11, 21], 1.0)], "black pixels are left out");
         assert_eq!((found[0].iteration, found[0].share), (7, 0.5));
+        // What one iteration added alone comes before what all of them add.
+        file.layers[1].image =
+            Image::from_fn(3, 2, |x, _| if x == 0 { [9.0, 0.0, 0.1] } else { [5.0, 1.0, 0.9] });
+        assert_eq!(largest(&file).unwrap()[0].luminance, 5.0);
     }
 
     #[test]

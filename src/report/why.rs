@@ -103,7 +103,7 @@ fn table(m: &mut Markup, told: &[&Entry]) {
 /// The largest samples of the first runs, with what to type to see where each comes from; folded.
 fn fireflies(m: &mut Markup, context: &Context, view: &SceneView, samples: &[(&Entry, Vec<Largest>)]) {
     m.tag("details", &[("class", &"fireflies")], |m| {
-        m.leaf("summary", &[], "Largest samples of the first runs, and how to have them explained");
+        m.leaf("summary", &[], "Largest samples of the first runs, by luminance times share of the pixel, and how to have them explained");
         let label = format!("largest samples of {}", view.scene.label);
         m.region(&[("class", &"scroll")], &label, |m| {
             m.tag("table", &[], |m| {

@@ -256,10 +256,12 @@ fn the_largest_samples_are_listed_with_commands() {
         let file = crate::film::exr::read_layers(&run).unwrap();
         let of = |pixel: &str| {
             let (x, y) = pixel.split_once(',').unwrap();
-            file.layer("outliers").unwrap().get(x.parse().unwrap(), y.parse().unwrap())[0]
+            let [luminance, _, share] =
+                file.layer("outliers").unwrap().get(x.parse().unwrap(), y.parse().unwrap());
+            luminance * share
         };
         let values: Vec<f32> = pixels.iter().map(|p| of(p)).collect();
-        let most = file.layer("outliers").unwrap().pixels.iter().map(|p| p[0]).fold(0.0, f32::max);
+        let most = file.layer("outliers").unwrap().pixels.iter().map(|p| p[0] * p[2]).fold(0.0, f32::max);
         assert!(values[0] == most && values.is_sorted_by(|a, b| a >= b), "{values:?}");
     }
 }
