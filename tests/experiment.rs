@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 use tyndall::experiment::overrides::Override;
-use tyndall::experiment::results::{Results, read};
+use tyndall::experiment::results::{Estimate, Results, read};
 use tyndall::film::exr::{read_layers, read_rgb};
 use tyndall::render::LEFT_OUT;
 
@@ -82,6 +82,14 @@ fn a_report_can_be_made_again() {
     let (out, _) = bench.succeed("report results/experiment");
     assert!(out.contains("index.html"));
     assert_eq!(std::fs::read(&page).unwrap(), first);
+    // Of the file as it is now the report knows nothing.
+    let hint = "experiment.toml has changed since: `tyndall run experiment.toml` takes that up";
+    assert!(!bench.succeed("report results/experiment").1.contains("changed"));
+    bench.write("experiment.toml", &EXPERIMENT.replace("A small experiment", "Another title"));
+    let (_, err) = bench.succeed("report results/experiment");
+    assert!(err.contains(hint), "{err}");
+    std::fs::remove_file(bench.path("experiment.toml")).unwrap();
+    assert!(!bench.succeed("report results/experiment").1.contains("changed"));
 }
 
 /// The numbers in the files belong together: metrics follow from the images, means from the runs.
@@ -99,7 +107,8 @@ fn numbers_follow_from_the_files() {
         let comparison = tyndall::cli::compare::compare(&image, &reference).unwrap();
         for value in &comparison.values {
             if let Some(stored) = run.metrics.get(value.metric.description().key) {
-                assert_eq!(*stored, value.value, "{:?}", value.metric);
+                let key = value.metric.description().key;
+                assert_eq!(run.measured.get(key).unwrap_or(stored), &value.value, "{key}");
             }
         }
         for (sum, pixel) in mean.iter_mut().zip(&image.pixels) {
@@ -122,30 +131,93 @@ fn numbers_follow_from_the_files() {
     }
 }
 
+/// Bugs that this keeps out: a table that has another value than the page under the same key, and numbers of the page that no table has.
 #[test]
-fn tables_have_a_row_a_run_and_metric() {
+fn tables_have_a_row_a_number() {
     let bench = Bench::new();
-    bench.succeed("run experiment.toml");
+    bench.write("experiment.toml", &format!("{EXPERIMENT}\n[figures]\ncosts = true\n"));
+    // What takes time beside the renders is said when it begins.
+    let (_, err) = bench.succeed("run experiment.toml");
+    for part in [
+        "small: pt: measuring: 3 runs\n",
+        "small: pt: what techniques cost, each left out in turn: 18 renders\n",
+        "small: all: what techniques cost, each left out in turn: 30 renders\n",
+        "small: all: what techniques cost, each left out in turn: done in ",
+        "page and figures of 1 scene and 2 estimators\n",
+    ] {
+        assert!(err.contains(part), "'{part}' is not in {err}");
+    }
     let results = results(&bench);
     let text = std::fs::read_to_string(bench.path("results/experiment/results.csv")).unwrap();
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
-    assert_eq!(head, ["scene", "estimator", "run", "seed", "spp", "seconds", "partial", "metric", "value"]);
+    let columns = "scene,estimator,run,seed,spp,seconds,partial,metric,value,low,high";
+    assert_eq!(head, columns.split(',').collect::<Vec<_>>());
     let mut values = BTreeMap::new();
     for line in lines {
         let cells: Vec<&str> = line.split(',').collect();
         assert_eq!(cells.len(), head.len(), "{line}");
-        let key = (cells[1].to_owned(), cells[2].parse::<u32>().unwrap(), cells[7].to_owned());
-        assert!(values.insert(key, cells[8].parse::<f64>().unwrap()).is_none(), "{line}");
+        let key = (cells[1].to_owned(), cells[2].parse::<u32>().ok(), cells[7].to_owned());
+        let number = |i: usize| cells[i].parse::<f64>().ok();
+        let row = (number(8).unwrap(), number(9).zip(number(10)));
+        assert!(values.insert(key, row).is_none(), "{line}");
     }
-    assert_eq!(values.len(), 2 * 3 * (3 + 1), "estimators × runs × (metrics and the mean)");
+    let mut expected = 0;
     for cell in &results.cells {
+        let get = |run: Option<u32>, metric: &str| values[&(cell.estimator.clone(), run, metric.to_owned())];
+        let ends = |e: Estimate| e.interval.map(|i| (i.low, i.high));
         for run in &cell.runs {
             for (metric, value) in &run.metrics {
-                assert_eq!(values[&(cell.estimator.clone(), run.index, metric.clone())], *value);
+                let summary = cell.summary.iter().find(|s| s.metric == *metric).unwrap();
+                assert_eq!(get(Some(run.index), metric), (*value, ends(cell.metric(metric).unwrap())));
+                let measured =
+                    values.get(&(cell.estimator.clone(), Some(run.index), format!("{metric}_measured")));
+                // FLIP has no part that is the reference's noise.
+                assert_eq!(measured.is_some(), metric != "flip");
+                if let Some((measured, interval)) = measured {
+                    assert!(
+                        (measured - value - summary.noise.unwrap()).abs() < 1e-12
+                            && summary.noise > Some(0.0)
+                    );
+                    assert_eq!(*interval, ends(summary.measured.unwrap()));
+                }
+            }
+            assert_eq!(run.metrics["relmse"], run.relmse.unwrap());
+            assert_eq!(get(Some(run.index), "spp").0, 4.0);
+            assert_eq!(get(Some(run.index), "seconds"), (run.seconds, ends(cell.seconds)));
+        }
+        // What the page shows is the mean of the rows.
+        for metric in ["relmse", "mse", "flip"] {
+            let mean = (0..3).map(|run| get(Some(run), metric).0).sum::<f64>() / 3.0;
+            let shown = cell.metric(metric).unwrap().mean;
+            assert!((mean - shown).abs() <= 1e-12 * shown.abs(), "{mean} {shown}");
+        }
+        for (name, e) in [
+            ("variance", cell.variance),
+            ("bias2", cell.bias),
+            ("efficiency", cell.efficiency),
+            ("variance_efficiency", cell.variance_efficiency),
+        ] {
+            assert_eq!(get(None, name), (e.unwrap().mean, ends(e.unwrap())));
+        }
+        for share in &cell.techniques {
+            for (name, e) in [
+                ("energy", Some(share.energy)),
+                ("variance", share.variance),
+                ("caused", share.caused),
+                ("time", share.time),
+            ] {
+                let e = e.unwrap();
+                assert_eq!(get(None, &format!("{name}.{}", share.technique)), (e.mean, ends(e)));
             }
         }
+        expected += 3 * (3 + 2 + 3) + 4 + 4 * cell.techniques.len();
     }
+    assert_eq!(
+        values.len(),
+        expected,
+        "runs × (metrics, two as measured, mean, spp, seconds), and those over the runs"
+    );
 }
 
 #[test]

@@ -111,7 +111,101 @@ fn a_pixel_is_explained() {
         ("explain small --pixel 24,3", &["pixel 24,3", "columns 0 to 23"][..]),
         ("explain small --pixel 2,3 --out a.exr", &["--out", "no meaning"]),
         ("explain small --pixel 2", &["column and row"]),
+        ("explain small", &["--pixel X,Y"]),
     ] {
         bench.refuse(line, parts);
+    }
+}
+
+/// An EXR stands for its scene and settings: what is listed is explained without another word, to the bit. Bugs that this keeps out: a
+/// size, a seed or a crop window that was forgotten and explained another image.
+#[test]
+fn a_file_stands_for_scene_and_settings() {
+    let bench = Bench::new();
+    let scene = std::fs::read_to_string(bench.path("small/scene.toml")).unwrap();
+    let cropped = scene.replace("height = 16", "height = 16\ncrop = [5, 3, 21, 14]");
+    bench.write("small/scene.toml", &cropped);
+    let options = "--estimator vcm --heuristic power --spp 5 --size 30x20 --seed 3460601461304700019 --max-length 5 \
+                   --merge surf.alpha=1 --merge direct=false --light-starts pilot --paths E.+L --layers families";
+    bench.succeed(&format!("render small {options} --out a.exr"));
+    let file = tyndall::film::exr::read_layers(bench.path("a.exr")).unwrap();
+    assert_ne!(file.origin, [0, 0]);
+    let (list, err) = bench.succeed("explain a.exr --top 3");
+    assert!(!err.contains("warning"), "{err}");
+    let rows: Vec<Vec<&str>> = list
+        .lines()
+        .filter(|l| l.contains("tyndall explain"))
+        .map(|l| l.split_whitespace().collect())
+        .collect();
+    assert_eq!(rows.len(), 3, "{list}");
+    for row in rows {
+        let [_, luminance, share, pixel, sample, "tyndall", command @ ..] = &row[..] else {
+            panic!("{list}")
+        };
+        let (out, err) = bench.succeed(&command.join(" "));
+        assert!(!err.contains("warning"), "{err}");
+        assert!(out.contains(&format!("pixel {pixel} is number {sample}: {share}")), "{out}");
+        let known: f64 = luminance.parse().unwrap();
+        let found = out.lines().find_map(|l| l.split("of a luminance of ").nth(1)).unwrap();
+        let found: f64 = found.split_whitespace().next().unwrap().parse().unwrap();
+        assert!((found - known).abs() <= 1e-5 * known, "{found} {known}");
+        // The options by hand come to the same.
+        let whole = options.replace("--spp 5", "").replace("--layers families", "");
+        let (by_hand, _) = bench.succeed(&format!("explain small {whole} --pixel {pixel} --sample {sample}"));
+        assert!(out.ends_with(&by_hand), "{out}\n{by_hand}");
+        let (another, _) = bench.succeed(&format!("explain a.exr --pixel {pixel} --sample 0 --path 2"));
+        assert!(another.contains("Number 2, iteration 0") || another.contains("no such path"), "{another}");
+    }
+    for (line, parts) in [
+        ("explain a.exr --pixel 0,0", &["pixel 0,0 lies outside"][..]),
+        ("explain a.exr --sample 3", &["--pixel X,Y"]),
+        (
+            "explain a.exr --seed 3 --light-starts power",
+            &["a.exr", "--seed", "--light-starts cannot be said"],
+        ),
+        ("explain none.exr", &["none.exr"]),
+    ] {
+        bench.refuse(line, parts);
+    }
+    bench.succeed("render small --spp 2 --out plain.exr");
+    bench.refuse("explain plain.exr", &["plain.exr", "no layer `outliers`", "--layers families"]);
+    let mut foreign = file.clone();
+    foreign.metadata.clear();
+    tyndall::film::exr::write(bench.path("foreign.exr"), &foreign).unwrap();
+    bench.refuse("explain foreign.exr", &["foreign.exr", "no metadata `tyndall.settings`"]);
+    bench.write("small/scene.toml", &cropped.replace("reflectance = 0.7", "reflectance = 0.6"));
+    bench.refuse("explain a.exr --pixel 12,8", &["a.exr", "its scene has changed since", "small/scene.toml"]);
+    std::fs::remove_file(bench.path("small/scene.toml")).unwrap();
+    bench.refuse("explain a.exr --pixel 12,8", &["a.exr", "not there any more", "small/scene.toml"]);
+}
+
+/// The settings of runs, with all that a pilot chose, come back from what their EXRs say; and files with the channels of before
+/// are read.
+#[test]
+fn runs_of_experiments_are_explained_from_anywhere() {
+    let bench = Bench::new();
+    let fog = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fog-cornell");
+    let text = format!(
+        "budget = {{ spp = 3 }}\nruns = 2\nsize = [24, 24]\n[[scene]]\nfile = {fog:?}\n[[estimator]]\npreset = \"upbp\"\n"
+    );
+    bench.write("fog.toml", &text);
+    bench.succeed("run fog.toml --out there/r");
+    let run = "there/r/fog-cornell/upbp/run-01.exr";
+    let (list, _) = bench.succeed(&format!("explain {run} --top 1"));
+    let command = list.split("tyndall explain ").nth(1).unwrap().trim().to_owned();
+    let (out, err) = bench.succeed(&format!("explain {command}"));
+    assert!(!err.contains("warning") && out.contains("Number 1, iteration"), "{err}{out}");
+    bench.refuse(
+        "explain there/r/fog-cornell/upbp/mean.exr",
+        &["mean.exr", "no metadata `tyndall.sceneFile`"],
+    );
+    // The page has the commands of the first run.
+    let page = std::fs::read_to_string(bench.path("there/r/index.html")).unwrap();
+    let first = "tyndall explain there/r/fog-cornell/upbp/run-00.exr --pixel ";
+    assert_eq!(page.matches(first).count(), 5);
+    let bytes = std::fs::read(bench.path(run)).unwrap();
+    for name in ["luminance", "iteration", "share"] {
+        let name = format!("outliers.{name}");
+        assert!(bytes.windows(name.len()).any(|w| w == name.as_bytes()), "{name}");
     }
 }

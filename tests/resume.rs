@@ -169,16 +169,32 @@ fn two_processes_share_the_work() {
 fn status_tells_what_is_left() {
     let bench = Bench::new();
     let (out, _) = bench.succeed(&format!("status experiment.toml {CHANGES}"));
-    assert!(out.contains("0 of 6 runs are done") && out.contains("cannot be told"), "{out}");
+    assert!(out.contains("0 of 6 runs and 0 of 1 reference are done; what is left cannot be told"), "{out}");
+    let row = |out: &str, what: &str| -> Vec<String> {
+        let line = out.lines().find(|l| l.contains(what)).unwrap();
+        line.split_whitespace().map(str::to_owned).collect()
+    };
+    assert_eq!(row(&out, " the reference ")[3..11], ["0", "of", "70", "spp", "0", "0", "1", "0"], "{out}");
+    // A reference of some seconds is in what is to go.
+    let timed = format!("{CHANGES} --set reference.seconds=60 --set budget.seconds=2");
+    let (out, _) = bench.succeed(&format!("status experiment.toml {timed} --set figures.costs=true"));
+    let last = "reference are done; at least 1 min 06 s of rendering to go, a part of it cannot be told yet, and then";
+    assert!(out.contains(last), "{out}");
+    let timed = format!("{timed} --set estimator.pt.budget.seconds=2");
+    let (out, _) = bench.succeed(&format!("status experiment.toml {timed} --set figures.costs=true"));
+    let last = "0 of 6 runs and 0 of 1 reference are done; 1 min 12 s of rendering to go, and then measuring, with what";
+    assert!(out.contains(last), "{out}");
+    assert_eq!(row(&out, " the reference ")[3..10], ["0.0", "of", "60", "s", "0", "0", "1"], "{out}");
     bench.succeed(&format!("run experiment.toml {CHANGES} --shard 2/7"));
     let (out, _) = bench.succeed(&format!("status experiment.toml {CHANGES}"));
-    assert!(out.contains("1 of 6 runs are done"), "{out}");
+    assert!(out.contains("1 of 6 runs and"), "{out}");
     let line = out.lines().find(|l| l.contains(" pt ")).unwrap();
     let words: Vec<&str> = line.split_whitespace().collect();
     assert_eq!(words[2..9], ["1", "of", "3", "0", "0", "2", "40"], "{line}");
     bench.succeed(&format!("run experiment.toml {CHANGES}"));
     let (out, _) = bench.succeed(&format!("status experiment.toml {CHANGES}"));
-    assert!(out.contains("6 of 6 runs are done; 0.00 s to go"), "{out}");
+    assert!(out.contains("6 of 6 runs and 1 of 1 reference are done; 0.00 s of rendering to go\n"), "{out}");
+    assert_eq!(row(&out, " the reference ")[3..11], ["70", "of", "70", "spp", "0", "0", "0", "70"], "{out}");
     // Other settings: what is there is of before.
     let other = format!("status experiment.toml {CHANGES} --set max_length=3");
     let (out, _) = bench.succeed(&other);

@@ -105,6 +105,18 @@ const CASES: &[Case] = &[
     case(SCALE, "{ scael = 2 }", 21, &["unknown key `scael`", "`look_at`", "did you mean `scale`?"]),
     case(LIGHT, "spto = {}", 29, &["unknown key `spto`", "did you mean `spot`?"]),
     case("", "[lihgt]\n", 30, &["unknown key `lihgt`", "did you mean `light`?"]),
+    // What others call it
+    case(BOX, "cube = {}", 25, &["unknown key `cube`", "did you mean `box`?"]),
+    case(SPHERE, "quad = {}", 19, &["unknown key `quad`", "did you mean `rectangle`?"]),
+    case(SPHERE, "plane = {}", 19, &["unknown key `plane`", "did you mean `rectangle`?"]),
+    case(SPHERE, "obj = \"a.obj\"", 19, &["unknown key `obj`", "did you mean `mesh`?"]),
+    case(SPHERE, "ply = \"a.ply\"", 19, &["unknown key `ply`", "did you mean `mesh`?"]),
+    case(WHITE, "lambert = {}", 13, &["unknown key `lambert`", "did you mean `diffuse`?"]),
+    case(WHITE, "glass = {}", 13, &["unknown key `glass`", "did you mean `dielectric`?"]),
+    case(GOLD, "metal = {}", 15, &["unknown key `metal`", "did you mean `conductor`?"]),
+    case(LIGHT, "envmap = {}", 29, &["unknown key `envmap`", "did you mean `environment`?"]),
+    case(LIGHT, "hdri = {}", 29, &["unknown key `hdri`", "did you mean `environment`?"]),
+    case("[[light]]", "[light]", 28, &["expected an array", "there may be several: write `[[light]]`"]),
     case("target = [0, 0, 0]", "", 5, &["missing key `target`"]),
     case(SPHERE, "sphere = {}", 19, &["missing key `radius`"]),
     // Wrong types

@@ -24,7 +24,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Render a scene with one estimator.
     Render(RenderArgs),
-    /// Replay the samples of a pixel: the largest, and of one path every technique, density and weight.
+    /// Find the pixels of an EXR with the largest samples, and replay those of a pixel: of one path every technique,
+    /// density and weight.
     Explain(ExplainArgs),
     /// Measure an image against a reference.
     Compare(CompareArgs),
@@ -191,15 +192,19 @@ pub struct RenderArgs {
 /// `tyndall explain`.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
-    /// The render whose samples are replayed; its iterations are --spp, 16 unless that is given.
+    /// The render whose samples are replayed; its iterations are --spp, 16 unless that is given. Instead of a scene and
+    /// options, an EXR that `tyndall run` or `tyndall render --layers families` wrote stands for all of them.
     #[command(flatten)]
     pub render: RenderArgs,
-    /// The pixel: column and row from 0 at the top left.
+    /// The pixel: column and row from 0 at the top left. Of an EXR, the pixels with the largest samples are listed without it.
     #[arg(long, value_name = "X,Y", value_parser = super::parse::pixel)]
-    pub pixel: [u32; 2],
-    /// Replay this iteration only, from 0, as the layer of outliers names it.
+    pub pixel: Option<[u32; 2]>,
+    /// Replay this iteration only, from 0 [default: of an EXR, the one that its layer `outliers` names].
     #[arg(long, value_name = "N")]
     pub sample: Option<u64>,
+    /// How many pixels of an EXR are listed.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub top: usize,
     /// Which of the samples is told about, from 1 for the largest.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = super::parse::ordinal)]
     pub path: usize,

@@ -24,9 +24,9 @@ pub struct Value {
 }
 
 impl Value {
-    /// Whether more than half of the value is the reference's own noise.
+    /// Whether more than half of the value is the reference's own noise; not where the images are equal, and none of it is.
     pub fn is_dominated_by_reference(&self) -> bool {
-        self.reference_noise.is_some_and(|noise| noise > 0.5 * self.value)
+        self.value != 0.0 && self.reference_noise.is_some_and(|noise| noise > 0.5 * self.value)
     }
 }
 
@@ -62,6 +62,13 @@ pub struct Means {
     pub bias: [f64; 3],
     /// The mean over the channels of the bias, divided by that of the reference; `None` where the latter is 0.
     pub relative_bias: Option<f64>,
+}
+
+impl Comparison {
+    /// Whether no pixel differs.
+    pub fn are_equal(&self) -> bool {
+        self.values.iter().any(|v| v.metric == Metric::Mae && v.value == 0.0)
+    }
 }
 
 fn serialize_values<S: Serializer>(values: &[Value], serializer: S) -> Result<S::Ok, S::Error> {
@@ -124,6 +131,9 @@ pub fn compare_files(image: impl AsRef<Path>, reference: impl AsRef<Path>) -> Re
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "{}x{} pixels", self.width, self.height)?;
+        if self.are_equal() {
+            writeln!(f, "the images are equal")?;
+        }
         let any_noise = self.values.iter().any(|v| v.reference_noise.is_some());
         let noise_title = if any_noise { "  of that the reference's noise" } else { "" };
         writeln!(f, "\n{:<10} {:>13} {:<4}{noise_title}", "metric", "value", "unit")?;
@@ -211,6 +221,11 @@ mod tests {
         assert!(found.values[0].is_dominated_by_reference());
         assert!(found.to_string().contains("too noisy"));
         assert_eq!(found.values[2].reference_noise, None);
+        // An image that is the reference has none of its noise.
+        let same = compare_files(&b, &b).unwrap();
+        assert!(same.are_equal() && !found.are_equal() && same.values[0].reference_noise > Some(0.0));
+        let text = same.to_string();
+        assert!(text.contains("the images are equal") && !text.contains("too noisy"), "{text}");
         let mut broken = image;
         broken.pixels[3] = [f32::NAN; 3];
         exr::write(&a, &LayeredImage::new(broken)).unwrap();

@@ -35,6 +35,25 @@ pub struct Progress {
     /// The standard error of a pixel, as a share of the mean.
     noise: Option<f64>,
     tev: Option<Tev>,
+    /// What is done beside the renders.
+    steps: Option<Steps>,
+}
+
+/// Something of so many steps.
+struct Steps {
+    what: String,
+    count: u64,
+    /// What they are, such as `renders`.
+    name: String,
+    start: Instant,
+}
+
+impl Steps {
+    fn state(&self, done: u64) -> String {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let left = if done > 0 { seconds * (self.count - done) as f64 / done as f64 } else { 0.0 };
+        format!("{done} of {} {}, {}, {} left", self.count, self.name, clock(seconds), clock(left))
+    }
 }
 
 impl Progress {
@@ -51,6 +70,7 @@ impl Progress {
             looked: Instant::now(),
             noise: None,
             tev: None,
+            steps: None,
         }
     }
 
@@ -58,6 +78,20 @@ impl Progress {
     pub fn with_tev(mut self, address: Option<&str>) -> Self {
         self.tev = address.map(Tev::new);
         self
+    }
+
+    /// A bar where there is a terminal, or a line.
+    fn show(&mut self, what: &str, amount: &str) {
+        if self.terminal {
+            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{prefix} {bar:24} {percent:>3}%  {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_prefix(what.to_owned());
+            self.bar = Some(bar);
+        } else {
+            eprintln!("{what}: {amount}");
+            self.last_line = Instant::now();
+        }
     }
 
     fn state(&self) -> String {
@@ -121,16 +155,7 @@ impl Observer for Progress {
     fn begin(&mut self, what: &str, budget: Budget) {
         (self.what, self.budget) = (what.to_owned(), budget);
         (self.iterations, self.seconds, self.noise) = (0, 0.0, None);
-        if self.terminal {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{prefix} {bar:24} {percent:>3}%  {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar.set_prefix(what.to_owned());
-            self.bar = Some(bar);
-        } else {
-            eprintln!("{what}: {budget}");
-            self.last_line = Instant::now();
-        }
+        self.show(what, &budget.to_string());
     }
 
     fn advance(&mut self, iterations: u64, seconds: f64) {
@@ -172,6 +197,37 @@ impl Observer for Progress {
             bar.finish_and_clear();
         }
         eprintln!("{}: {} spp in {}", self.what, self.iterations, clock(self.seconds));
+    }
+
+    fn begin_steps(&mut self, what: &str, count: u64, steps: &str) {
+        self.show(what, &format!("{count} {steps}"));
+        let (what, name) = (what.to_owned(), steps.to_owned());
+        self.steps = Some(Steps { what, count: count.max(1), name, start: Instant::now() });
+    }
+
+    fn step(&mut self, done: u64) {
+        let Some(steps) = &self.steps else { return };
+        let done = done.min(steps.count);
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(done * STEPS / steps.count);
+                bar.set_message(steps.state(done));
+            }
+            None if self.last_line.elapsed() >= INTERVAL => {
+                eprintln!("{}: {}", steps.what, steps.state(done));
+                self.last_line = Instant::now();
+            }
+            None => {}
+        }
+    }
+
+    fn end_steps(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        if let Some(steps) = self.steps.take() {
+            eprintln!("{}: done in {}", steps.what, clock(steps.start.elapsed().as_secs_f64()));
+        }
     }
 
     fn note(&mut self, line: &str) {
@@ -223,6 +279,16 @@ mod tests {
         ] {
             assert_eq!(clock(seconds), text);
         }
+    }
+
+    #[test]
+    fn steps_are_counted() {
+        let steps = |done| {
+            let start = Instant::now() - Duration::from_secs(30);
+            Steps { what: "costs".into(), count: 40, name: "renders".into(), start }.state(done)
+        };
+        assert_eq!(steps(10), "10 of 40 renders, 30.0 s, 1 min 30 s left");
+        assert_eq!(steps(0), "0 of 40 renders, 30.0 s, 0.00 s left");
     }
 
     #[test]

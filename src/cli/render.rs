@@ -4,9 +4,10 @@ use super::args::{HeuristicArg, RenderArgs};
 use super::progress::{Progress, while_loading};
 use super::session::{Ending, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
+use crate::experiment::store::SceneKey;
 use crate::film::exr;
 use crate::film::png::{self, ToneCurve};
-use crate::render::files::{Resolved, check_output, layered};
+use crate::render::files::{Resolved, check_output, layered, origin};
 use crate::render::{Budget, Job, Observer, Outcome};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
@@ -35,6 +36,8 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     let techniques = techniques(args)?;
     let path = resolve(&args.scene)?;
     let scene = while_loading(|| load(&path, &Overrides { size: args.size.map(UVec2::from_array) }))?;
+    // Now, and not when it is done: by then the files may be others.
+    let key = SceneKey::new(&scene)?;
     let settings = settings(args, techniques, &scene)?;
     let outputs = outputs(args, &scene, techniques)?;
     for file in [&outputs.exr, &outputs.png].into_iter().flatten() {
@@ -57,7 +60,7 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
         eprintln!("stopped before the first sample: nothing is written");
         return Ok(Ending::Stopped);
     }
-    write(args, &outputs, &path, &scene, &settings, &outcome)?;
+    write(args, &outputs, (&path, &key), &scene, &settings, &outcome)?;
     Ok(if outcome.partial { Ending::Stopped } else { Ending::Done })
 }
 
@@ -86,7 +89,12 @@ pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> R
     settings.connections = args.connections.into();
     settings.light_starts = args.light_starts.into();
     settings.tracking = args.tracking.into();
-    settings.merging = MergeDef::parse(&args.merge)?.resolve(first);
+    let merge = MergeDef::parse(&args.merge)?;
+    for technique in merge.idle(techniques) {
+        let key = technique.info().key;
+        eprintln!("warning: --merge {key}… changes nothing: {key} is not among the techniques {techniques}");
+    }
+    settings.merging = merge.resolve(first);
     settings.seed = args.seed;
     settings.layers = args.layers.into();
     settings.heuristic = match args.heuristic {
@@ -130,7 +138,7 @@ fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result
 fn write(
     args: &RenderArgs,
     outputs: &Outputs,
-    path: &Path,
+    (path, key): (&Path, &SceneKey),
     scene: &Scene,
     settings: &Settings,
     outcome: &Outcome,
@@ -145,7 +153,9 @@ fn write(
     let partial = if outcome.partial { " (partial)" } else { "" };
     if let Some(file) = &outputs.exr {
         let resolved = Resolved::new(&path.to_string_lossy(), scene, settings);
-        exr::write(file, &layered(scene, settings, &resolved, outcome))?;
+        let mut image = layered(scene, settings, &resolved, outcome);
+        image.metadata.extend(origin(path, key.contents()));
+        exr::write(file, &image)?;
         eprintln!("wrote {}{partial}", file.display());
     }
     if let Some(file) = &outputs.png {

@@ -58,6 +58,10 @@ pub fn alone(args: &RunArgs) -> Result<Ending> {
 /// # Errors
 /// Files that cannot be written.
 pub fn show(out: &Path, results: &Results) -> Result<()> {
+    let several = |n: usize, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
+    let [scenes, estimators] = [(results.scenes.len(), "scene"), (results.estimators.len(), "estimator")]
+        .map(|(n, noun)| several(n, noun));
+    eprintln!("page and figures of {scenes} and {estimators}");
     let report = report_of(out, results)?;
     for problem in &report.problems {
         eprintln!("warning: {problem}");

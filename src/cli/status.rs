@@ -5,7 +5,8 @@ use super::progress::clock;
 use super::run::open;
 use super::session::{Ending, print, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::status::{Row, Status, status};
+use crate::experiment::status::{ReferenceRow, Row, Status, status};
+use crate::render::Budget;
 use std::path::Path;
 
 /// Tells how far an experiment has come.
@@ -41,26 +42,66 @@ fn size(bytes: u64) -> String {
     }
 }
 
-/// A line a scene and estimator, and one for all.
+/// A line a reference, one a scene and estimator, and one for all.
 fn text(status: &Status) -> String {
     let mut text = format!(
-        "{:<20} {:<16} {:>12} {:>6} {:>6} {:>6} {:>9} {:>12} {:>12}\n",
+        "{:<20} {:<16} {:>16} {:>6} {:>6} {:>6} {:>9} {:>12} {:>12}\n",
         "scene", "estimator", "done", "at it", "begun", "left", "spp", "rendered", "to go"
     );
+    let left = |seconds: Option<f64>| seconds.map_or_else(|| "unknown".into(), clock);
+    for row in &status.references {
+        let ReferenceRow { scene, budget, iterations, seconds, done, busy, .. } = row;
+        let part = match budget {
+            Budget::Seconds(limit) => format!("{seconds:.1} of {limit} s"),
+            Budget::Spp(_) | Budget::RelMse { .. } => format!("{iterations} of {budget}"),
+        };
+        let begun = !done && !busy && *iterations > 0;
+        let [busy, begun, open] = [*busy, begun, !done && !busy && !begun].map(u32::from);
+        text.push_str(&format!(
+            "{scene:<20} {:<16} {part:>16} {busy:>6} {begun:>6} {open:>6} {iterations:>9} {:>12} {:>12}\n",
+            "the reference",
+            clock(*seconds),
+            left(row.left),
+        ));
+    }
     for row in &status.rows {
         let Row { scene, estimator, done, busy, begun, runs, .. } = row;
         let (done_text, spp) = (format!("{done} of {runs}"), row.iterations);
         text.push_str(&format!(
-            "{scene:<20} {estimator:<16} {done_text:>12} {busy:>6} {begun:>6} {:>6} {spp:>9} {:>12} {:>12}\n",
+            "{scene:<20} {estimator:<16} {done_text:>16} {busy:>6} {begun:>6} {:>6} {spp:>9} {:>12} {:>12}\n",
             runs - done - busy - begun,
             clock(row.seconds),
-            row.left.map_or_else(|| "unknown".into(), clock),
+            left(row.left),
         ));
     }
-    let all = status.rows.iter().try_fold(0.0, |sum, row| Some(sum + row.left?));
-    let (done, runs) = status.rows.iter().fold((0, 0), |(d, n), r| (d + r.done, n + r.runs));
-    let left =
-        all.map_or_else(|| "what is left cannot be told yet".into(), |s| format!("{} to go", clock(s)));
-    text.push_str(&format!("{done} of {runs} runs are done; {left}\n"));
+    text.push_str(&last_line(status));
     text
+}
+
+/// What is done in all, and what is to come.
+fn last_line(status: &Status) -> String {
+    let parts = || status.references.iter().map(|r| r.left).chain(status.rows.iter().map(|r| r.left));
+    // From +0: the empty sum of floats is −0.
+    let known = parts().flatten().fold(0.0, |sum, seconds| sum + seconds);
+    let (done, runs) = status.rows.iter().fold((0, 0), |(d, n), r| (d + r.done, n + r.runs));
+    let references = status.references.iter().filter(|r| r.done).count();
+    let of_references = match status.references.len() {
+        0 => String::new(),
+        1 => format!(" and {references} of 1 reference"),
+        n => format!(" and {references} of {n} references"),
+    };
+    let left = match (parts().all(|left| left.is_some()), known > 0.0) {
+        (true, _) => format!("{} of rendering to go", clock(known)),
+        (false, true) => {
+            format!("at least {} of rendering to go, a part of it cannot be told yet", clock(known))
+        }
+        (false, false) => "what is left cannot be told yet".into(),
+    };
+    let whole = done == runs && references == status.references.len();
+    let then = match (whole, status.costs) {
+        (true, _) => "",
+        (false, false) => ", and then measuring",
+        (false, true) => ", and then measuring, with what each technique costs",
+    };
+    format!("{done} of {runs} runs{of_references} are done; {left}{then}\n")
 }

@@ -10,14 +10,14 @@ use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
-use super::work::{Got, Work, without_noise};
+use super::work::{Got, Work, noise_in, without_noise};
 use crate::error::{Error, Result};
 use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Film, Image, ScalarImage};
-use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, prepare_folder};
+use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, origin, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
@@ -169,6 +169,8 @@ impl<'a> SceneContext<'a> {
             shares: Shares::default(),
             settings: Vec::new(),
         };
+        let what = format!("{}: {}: measuring", self.entry.key, estimator.key);
+        let mut said = false;
         for run in 0..self.plan.runs {
             let (unit, work) = self.unit(estimator, run)?;
             let of_run = |s: &&Stopped| s.estimator == estimator.key && s.run == run;
@@ -186,8 +188,12 @@ impl<'a> SceneContext<'a> {
                 },
             };
             if let Some(state) = state.filter(|s| s.outcome.film.iterations() > 0) {
+                if !std::mem::replace(&mut said, true) {
+                    observer.begin_steps(&what, self.plan.runs.into(), "runs");
+                }
                 prepare_folder(&self.out.join(&folder))?;
                 self.run(&folder, run, &work.settings, state, &mut gathered)?;
+                observer.step(u64::from(run) + 1);
             }
         }
         if gathered.runs.is_empty() {
@@ -202,12 +208,17 @@ impl<'a> SceneContext<'a> {
         write_bytes(&self.out.join(&folder).join("settings.toml"), text.as_bytes())?;
         let files = self.write_means(&folder, &gathered)?;
         let mut cell = self.cell(estimator, &gathered, files);
-        cell.techniques = gathered.shares.rows(&self.costs(estimator)?);
+        observer.end_steps();
+        cell.techniques = gathered.shares.rows(&self.costs(estimator, observer)?);
         Ok(Some(Measured { cell, maps: gathered.maps }))
     }
 
     /// What each technique costs, where that is wanted.
-    fn costs(&self, estimator: &EstimatorPlan) -> Result<Vec<(Technique, Estimate)>> {
+    fn costs(
+        &self,
+        estimator: &EstimatorPlan,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<(Technique, Estimate)>> {
         if !self.plan.figures.costs {
             return Ok(Vec::new());
         }
@@ -219,7 +230,8 @@ impl<'a> SceneContext<'a> {
             return Ok(Vec::new());
         }
         prepare_folder(&folder)?;
-        costs(self.scene, &work.settings, &file)
+        let name = format!("{}: {}", self.entry.key, estimator.key);
+        costs(self.scene, &work.settings, &file, (&name, observer))
     }
 
     /// One run: one seed.
@@ -243,13 +255,14 @@ impl<'a> SceneContext<'a> {
         let bare = Settings { layers: Layers::None, ..*settings };
         let mut file = layered(self.scene, &bare, &resolved, &outcome);
         file.push(OUTLIERS, outcome.film.outliers());
+        file.metadata.extend(origin(&self.entry.path, self.key.contents()));
         exr::write(self.out.join(&exr), &file)?;
         gathered.shares.add(&outcome.film);
         let mut file = layered(self.scene, settings, &resolved, &outcome);
         // There is no mean of them.
         file.layers.retain(|l| l.name != OUTLIERS);
         gathered.mean.add(file, &outcome.film);
-        let metrics = self.metrics(&image, &mut gathered.maps)?;
+        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
         let without_noise = |m| self.truth.map(|truth| without_noise(m, &image, truth)).transpose();
         let (relmse, mse) = (without_noise(Metric::RelMse)?, without_noise(Metric::Mse)?);
         gathered.runs.push(Run {
@@ -266,6 +279,7 @@ impl<'a> SceneContext<'a> {
             partial: outcome.partial,
             mean: image.mean(),
             metrics,
+            measured,
             relmse,
             mse,
             checkpoints,
@@ -281,24 +295,28 @@ impl<'a> SceneContext<'a> {
         let Some(truth) = self.truth else { return Ok(None) };
         let mut metrics = BTreeMap::new();
         for metric in self.plan.metrics.iter().filter(|m| is_quick(**m)) {
-            let value = metric.measure(image, &truth.image)?.value;
-            metrics.insert(metric.description().key.to_owned(), value);
+            metrics.insert(metric.description().key.to_owned(), without_noise(*metric, image, truth)?);
         }
         Ok(Some(Checkpoint { spp, seconds, metrics }))
     }
 
-    /// All metrics at the end of a run; its maps are added up.
+    /// All metrics at the end of a run, and those from which the reference's noise was taken off as they were measured; its maps
+    /// are added up.
     fn metrics(
         &self,
         image: &Image,
         maps: &mut BTreeMap<String, ScalarImage>,
-    ) -> Result<BTreeMap<String, f64>> {
-        let mut values = BTreeMap::new();
-        let Some(truth) = self.truth else { return Ok(values) };
+    ) -> Result<(BTreeMap<String, f64>, BTreeMap<String, f64>)> {
+        let (mut values, mut measured) = (BTreeMap::new(), BTreeMap::new());
+        let Some(truth) = self.truth else { return Ok((values, measured)) };
         for metric in &self.plan.metrics {
             let key = metric.description().key;
             let measurement = metric.measure(image, &truth.image)?;
-            values.insert(key.to_owned(), measurement.value);
+            let noise = noise_in(*metric, truth)?;
+            values.insert(key.to_owned(), measurement.value - noise.unwrap_or(0.0));
+            if noise.is_some() {
+                measured.insert(key.to_owned(), measurement.value);
+            }
             match maps.get_mut(key) {
                 None => drop(maps.insert(key.to_owned(), measurement.map)),
                 Some(sum) => {
@@ -306,7 +324,7 @@ impl<'a> SceneContext<'a> {
                 }
             }
         }
-        Ok(values)
+        Ok((values, measured))
     }
 
     fn write_means(&self, folder: &str, gathered: &Gathered) -> Result<Files> {
@@ -374,11 +392,11 @@ impl<'a> SceneContext<'a> {
         let split = split(&gathered.images, self.truth);
         let summary: Vec<Summary> =
             self.plan.metrics.iter().filter_map(|metric| self.summary(*metric, gathered)).collect();
-        let noise = |key: &str| summary.iter().find(|s| s.metric == key).and_then(|s| s.noise).unwrap_or(0.0);
-        let curves = self.plan.metrics.iter().filter_map(|m| {
-            let key = m.description().key;
-            curve(key, runs, noise(key)).filter(|c| !c.points.is_empty())
-        });
+        let curves = self
+            .plan
+            .metrics
+            .iter()
+            .filter_map(|m| curve(m.description().key, runs).filter(|c| !c.points.is_empty()));
         let convergence = curves.collect();
         let nothing = Estimate { mean: 0.0, interval: None };
         let seconds = estimate(&seconds).unwrap_or(nothing);
@@ -409,22 +427,25 @@ impl<'a> SceneContext<'a> {
     /// A metric over the runs, with what the reference's noise adds to it.
     fn summary(&self, metric: Metric, gathered: &Gathered) -> Option<Summary> {
         let key = metric.description().key;
-        let values: Option<Vec<f64>> = gathered.runs.iter().map(|r| r.metrics.get(key).copied()).collect();
-        let value = estimate(&values?)?;
+        let over = |of: fn(&Run) -> &BTreeMap<String, f64>| {
+            let values: Option<Vec<f64>> = gathered.runs.iter().map(|r| of(r).get(key).copied()).collect();
+            estimate(&values?)
+        };
         let truth = self.truth?;
-        let noise =
-            truth.variance.as_ref().and_then(|v| metric.reference_noise(&truth.image, v).ok().flatten());
-        let corrected = noise.map(|noise| {
-            let weight = |r: f64| if metric == Metric::RelMse { 1.0 / (r * r + EPSILON) } else { 1.0 };
-            let more = noise_variance(&gathered.images, truth, weight);
-            let quantile = two_sided_quantile(CONFIDENCE, gathered.runs.len() as f64 - 1.0).unwrap_or(0.0);
-            let interval = value.interval.map(|i| {
-                let half = (0.5 * (i.high - i.low)).hypot(quantile * more.sqrt());
-                Interval { low: value.mean - noise - half, high: value.mean - noise + half }
-            });
-            Estimate { mean: value.mean - noise, interval }
+        let (plain, measured) = (over(|r| &r.metrics)?, over(|r| &r.measured));
+        let noise = noise_in(metric, truth).ok().flatten();
+        if noise.is_none() {
+            return Some(Summary { metric: key.to_owned(), value: plain, noise, measured: None });
+        }
+        let weight = |r: f64| if metric == Metric::RelMse { 1.0 / (r * r + EPSILON) } else { 1.0 };
+        let more = noise_variance(&gathered.images, truth, weight);
+        let quantile = two_sided_quantile(CONFIDENCE, gathered.runs.len() as f64 - 1.0).unwrap_or(0.0);
+        let interval = plain.interval.map(|i| {
+            let half = (0.5 * (i.high - i.low)).hypot(quantile * more.sqrt());
+            Interval { low: plain.mean - half, high: plain.mean + half }
         });
-        Some(Summary { metric: key.to_owned(), value, noise, corrected })
+        let value = Estimate { mean: plain.mean, interval };
+        Some(Summary { metric: key.to_owned(), value, noise, measured })
     }
 
     fn warnings(&self, estimator: &EstimatorPlan, cell: &Cell) -> Vec<String> {
@@ -499,7 +520,7 @@ impl<'a> SceneContext<'a> {
         }
         for summary in &cell.summary {
             let Some(noise) = summary.noise else { continue };
-            let share = noise / summary.value.mean;
+            let share = noise / summary.measured.unwrap_or(summary.value).mean;
             let metric = self.plan.metrics.iter().find(|m| m.description().key == summary.metric);
             let label = metric.map_or("", |m| m.description().label);
             if share > DOMINANT_NOISE {

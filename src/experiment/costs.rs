@@ -9,7 +9,7 @@ use super::results::Estimate;
 use super::shares::ratio;
 use crate::error::Result;
 use crate::film::output::write_bytes;
-use crate::render::Engine;
+use crate::render::{Engine, Observer};
 use crate::scene::Scene;
 use crate::transport::settings::{Layers, Settings};
 use crate::transport::technique::{Technique, TechniqueSet};
@@ -32,11 +32,16 @@ struct Seconds {
 }
 
 /// The share of an iteration's time that each technique costs, read from `file` if it was measured before. Empty where one
-/// technique is alone.
+/// technique is alone. The observer is told of the renders under that name.
 ///
 /// # Errors
 /// Settings that make no sense; a file that cannot be written.
-pub fn costs(scene: &Scene, settings: &Settings, file: &Path) -> Result<Vec<(Technique, Estimate)>> {
+pub fn costs(
+    scene: &Scene,
+    settings: &Settings,
+    file: &Path,
+    (name, observer): (&str, &mut dyn Observer),
+) -> Result<Vec<(Technique, Estimate)>> {
     if settings.techniques.iter().count() < 2 {
         return Ok(Vec::new());
     }
@@ -44,7 +49,7 @@ pub fn costs(scene: &Scene, settings: &Settings, file: &Path) -> Result<Vec<(Tec
     let seconds: Seconds = match known {
         Some(seconds) => seconds,
         None => {
-            let seconds = measure(scene, settings)?;
+            let seconds = measure(scene, settings, name, observer)?;
             write_bytes(file, &serde_json::to_vec(&seconds).expect("numbers have a JSON form"))?;
             seconds
         }
@@ -66,7 +71,7 @@ pub fn file_name(unit: &str, clock: &str) -> String {
 }
 
 /// Seconds an iteration: of the whole set, then without each technique of it.
-fn measure(scene: &Scene, settings: &Settings) -> Result<Seconds> {
+fn measure(scene: &Scene, settings: &Settings, name: &str, observer: &mut dyn Observer) -> Result<Seconds> {
     let pinned = Settings { layers: Layers::None, ..settings.pinned(scene) };
     let active: Vec<Technique> = pinned.active().iter().collect();
     let without = |technique: &Technique| {
@@ -77,6 +82,9 @@ fn measure(scene: &Scene, settings: &Settings) -> Result<Seconds> {
     let mut engines = sets.map(|s| Engine::new(scene, s)).collect::<Result<Vec<_>>>()?;
     let mut outcomes: Vec<_> = engines.iter().map(Engine::nothing_yet).collect();
     let mut seconds = vec![Vec::new(); engines.len()];
+    let what = format!("{name}: what techniques cost, each left out in turn");
+    observer.begin_steps(&what, ((ROUNDS + 1) * engines.len()) as u64, "renders");
+    let mut done = 0;
     for round in 0..=ROUNDS {
         for ((engine, outcome), seconds) in engines.iter_mut().zip(&mut outcomes).zip(&mut seconds) {
             let (start, mut count) = (Instant::now(), 0u32);
@@ -88,8 +96,11 @@ fn measure(scene: &Scene, settings: &Settings) -> Result<Seconds> {
             if round > 0 {
                 seconds.push(start.elapsed().as_secs_f64() / f64::from(count));
             }
+            done += 1;
+            observer.step(done);
         }
     }
+    observer.end_steps();
     let mut seconds = seconds.into_iter();
     let whole = seconds.next().expect("the whole set is measured first");
     let keys = active.iter().map(|t| t.info().key.to_owned());

@@ -1,25 +1,39 @@
 //! The results as tables for other programs: `pandas.read_csv("results.csv")`.
 //!
-//! `results.csv` has a row a (scene, estimator, run, metric), in the tidy form: a column a variable. Beside the
-//! metrics of the experiment there is `mean`, the mean of the image over pixels and channels.
+//! `results.csv` has a row a number, in the tidy form: a column a variable.
 //!
 //! | column | meaning |
 //! |---|---|
 //! | scene, estimator | keys |
-//! | run | from 0 |
-//! | seed | of the run |
-//! | spp | samples per pixel |
-//! | seconds | rendering, wall clock |
-//! | partial | `true` where the run was stopped early |
-//! | metric | its key |
+//! | run | from 0; empty for a number over all runs |
+//! | seed | of the run; empty likewise |
+//! | spp | samples per pixel of the run; over all runs, their mean |
+//! | seconds | rendering, wall clock; over all runs, their mean |
+//! | partial | `true` where the run, or one of them, was stopped early |
+//! | metric | see below |
 //! | value | its value |
+//! | low, high | 95% confidence interval of its mean over the runs, the same for all runs; empty where there is none |
+//!
+//! | metric | of | meaning |
+//! |---|---|---|
+//! | `relmse`, … | each run | the metrics of the experiment, as the page shows them: without the reference's noise where that is known |
+//! | `relmse_measured`, `mse_measured` | each run | these with that noise, as measured against the reference |
+//! | `mean` | each run | the mean of the image over pixels and channels |
+//! | `spp`, `seconds` | each run | as the columns, with intervals |
+//! | `variance`, `bias2`, `efficiency`, `variance_efficiency` | all runs | see [`Cell`] |
+//! | `energy.nee`, … | all runs | share of the energy that a technique carries, see [`TechniqueShare`] |
+//! | `variance.nee`, … | all runs | variance of its own image over that of the whole |
+//! | `caused.nee`, … | all runs | share of the variance that it causes |
+//! | `time.nee`, … | all runs | share of the time that leaving it out saves |
 //!
 //! `<scene>/<estimator>/convergence.json` is `{"timesteps": […], "data": [{"relmse": …, …}, …]}`, the form that figure-gen reads: seconds of
 //! rendering, and for each the mean over the runs of every metric that is computed on the way; `spp` beside it has the samples.
 //!
-//! `convergence.csv` has the same columns without `partial`, a row a checkpoint of a run and metric.
+//! `convergence.csv` has the same columns without `partial` and intervals, a row a checkpoint of a run and metric, without the
+//! reference's noise where that is known.
 
-use super::results::{Cell, Curve, Results, Run};
+use super::measure::estimate;
+use super::results::{Cell, Curve, Estimate, Interval, Results, Run, TechniqueShare};
 use crate::error::Result;
 use crate::film::output::write_bytes;
 use std::fmt::Write;
@@ -65,17 +79,78 @@ fn figure_gen(cell: &Cell) -> serde_json::Value {
 
 /// Keys consist of letters, digits and a few signs, and numbers of digits: nothing needs quotes.
 fn table(results: &Results) -> String {
-    let mut text = String::from("scene,estimator,run,seed,spp,seconds,partial,metric,value\n");
-    for_each_run(results, |scene, estimator, run| {
-        let mean = run.mean.iter().sum::<f64>() / 3.0;
-        let values = run.metrics.iter().map(|(k, v)| (k.as_str(), *v)).chain([("mean", mean)]);
-        for (metric, value) in values {
-            let Run { index, seed, spp, seconds, partial, .. } = run;
-            writeln!(text, "{scene},{estimator},{index},{seed},{spp},{seconds},{partial},{metric},{value:e}")
+    let mut text = String::from("scene,estimator,run,seed,spp,seconds,partial,metric,value,low,high\n");
+    for cell in &results.cells {
+        let mut row = |who: [String; 5], metric: &str, value: f64, interval: Option<Interval>| {
+            let [run, seed, spp, seconds, partial] = who;
+            let (scene, estimator) = (&cell.scene, &cell.estimator);
+            write!(text, "{scene},{estimator},{run},{seed},{spp},{seconds},{partial},{metric},{value:e},")
                 .expect("writing to a string does not fail");
+            match interval {
+                Some(i) => writeln!(text, "{:e},{:e}", i.low, i.high),
+                None => writeln!(text, ","),
+            }
+            .expect("writing to a string does not fail");
+        };
+        for run in &cell.runs {
+            for (metric, value, interval) in of_run(cell, run) {
+                let Run { index, seed, spp, seconds, partial, .. } = run;
+                let who = [
+                    index.to_string(),
+                    seed.to_string(),
+                    spp.to_string(),
+                    seconds.to_string(),
+                    partial.to_string(),
+                ];
+                row(who, &metric, value, interval);
+            }
         }
-    });
+        let partial = cell.runs.iter().any(|r| r.partial).to_string();
+        let (spp, seconds) = (cell.spp.mean.to_string(), cell.seconds.mean.to_string());
+        for (metric, e) in of_all(cell) {
+            let who = [String::new(), String::new(), spp.clone(), seconds.clone(), partial.clone()];
+            row(who, &metric, e.mean, e.interval);
+        }
+    }
     text
+}
+
+/// The numbers of a run, with the intervals of their means over the runs.
+fn of_run(cell: &Cell, run: &Run) -> Vec<(String, f64, Option<Interval>)> {
+    let summary = |key: &str| cell.summary.iter().find(|s| s.metric == key);
+    let mean = |run: &Run| run.mean.iter().sum::<f64>() / 3.0;
+    let of_mean = estimate(&cell.runs.iter().map(mean).collect::<Vec<_>>()).and_then(|e| e.interval);
+    let mut rows = Vec::new();
+    for (key, value) in &run.metrics {
+        rows.push((key.clone(), *value, summary(key).and_then(|s| s.value.interval)));
+    }
+    for (key, value) in &run.measured {
+        let interval = summary(key).and_then(|s| s.measured?.interval);
+        rows.push((format!("{key}_measured"), *value, interval));
+    }
+    rows.push(("mean".into(), mean(run), of_mean));
+    rows.push(("spp".into(), run.spp as f64, cell.spp.interval));
+    rows.push(("seconds".into(), run.seconds, cell.seconds.interval));
+    rows
+}
+
+/// The numbers over all runs.
+fn of_all(cell: &Cell) -> Vec<(String, Estimate)> {
+    let whole = [
+        ("variance", cell.variance),
+        ("bias2", cell.bias),
+        ("efficiency", cell.efficiency),
+        ("variance_efficiency", cell.variance_efficiency),
+    ];
+    let mut rows: Vec<(String, Estimate)> =
+        whole.into_iter().filter_map(|(name, e)| Some((name.to_owned(), e?))).collect();
+    for share in &cell.techniques {
+        let TechniqueShare { technique, energy, variance, caused, time } = share;
+        let parts =
+            [("energy", Some(*energy)), ("variance", *variance), ("caused", *caused), ("time", *time)];
+        rows.extend(parts.into_iter().filter_map(|(name, e)| Some((format!("{name}.{technique}"), e?))));
+    }
+    rows
 }
 
 fn convergence(results: &Results) -> String {

@@ -14,10 +14,9 @@ pub fn estimate(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { mean: mean(values)?, interval: mean_interval(values, CONFIDENCE) })
 }
 
-/// How a metric falls, from the checkpoints that all runs have; `noise` is what the reference's own noise adds to it, and is
-/// taken off.
-pub fn curve(metric: &str, runs: &[Run], noise: f64) -> Option<Curve> {
-    let value = |c: &Checkpoint| c.metrics.get(metric).map(|v| v - noise);
+/// How a metric falls, from the checkpoints that all runs have.
+pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
+    let value = |c: &Checkpoint| c.metrics.get(metric).copied();
     let (first, others) = runs.split_first()?;
     let mut points = Vec::new();
     for checkpoint in &first.checkpoints {
@@ -83,6 +82,7 @@ mod tests {
             partial: false,
             mean: [0.0; 3],
             metrics: BTreeMap::new(),
+            measured: BTreeMap::new(),
             checkpoints: checkpoints.iter().map(checkpoint).collect(),
             exr: String::new(),
         }
@@ -94,7 +94,7 @@ mod tests {
             run(&[(1, 1.0), (2, 0.5), (4, 0.25), (7, 1.0 / 7.0)]),
             run(&[(1, 3.0), (2, 1.5), (4, 0.75), (8, 0.375)]),
         ];
-        let curve = curve("mse", &runs, 0.0).unwrap();
+        let curve = curve("mse", &runs).unwrap();
         let spps: Vec<u64> = curve.points.iter().map(|p| p.spp).collect();
         assert_eq!(spps, [1, 2, 4], "the ends differ");
         assert_eq!(curve.points[1].value.mean, 1.0);
@@ -108,17 +108,13 @@ mod tests {
             r.setup = 3.0;
             r.checkpoints.iter_mut().for_each(|c| c.seconds += 3.0);
         }
-        let late = super::curve("mse", &late, 0.0).unwrap();
+        let late = super::curve("mse", &late).unwrap();
         assert!((late.slope_seconds.unwrap().mean + 1.0).abs() < 1e-9, "{:?}", late.slope_seconds);
         assert_eq!(late.points[0].seconds, 3.5, "the points have all of the time");
-        // What the reference adds hides the slope until it is taken off.
-        let lifted = [run(&[(1, 1.1), (2, 0.6), (4, 0.35)]), run(&[(1, 3.1), (2, 1.6), (4, 0.85)])];
-        let slope = |noise| super::curve("mse", &lifted, noise).unwrap().slope_spp.unwrap().mean;
-        assert!((slope(0.1) + 1.0).abs() < 1e-9 && slope(0.0) > -0.95);
-        let alone = super::curve("mse", &runs[..1], 0.0).unwrap().slope_spp.unwrap();
+        let alone = super::curve("mse", &runs[..1]).unwrap().slope_spp.unwrap();
         assert!((alone.mean + 1.0).abs() < 1e-9 && alone.interval.is_none());
         let short = [run(&[(1, 1.0), (2, 0.5)])];
-        assert!(super::curve("mse", &short, 0.0).unwrap().slope_spp.is_none());
-        assert!(super::curve("mse", &[], 0.0).is_none());
+        assert!(super::curve("mse", &short).unwrap().slope_spp.is_none());
+        assert!(super::curve("mse", &[]).is_none());
     }
 }

@@ -10,7 +10,7 @@
 //! | [`reference`] | what is measured against: rendered, kept, extended |
 //! | [`metrics`], [`statistics`], [`measure`], [`split`] | errors of images, and numbers over runs |
 //! | [`shares`], [`costs`] | what each technique adds, causes and costs |
-//! | [`results`], [`numbers`], [`csv`] | what is left behind |
+//! | [`results`], [`numbers`], [`older`], [`csv`] | what is left behind |
 
 pub mod cell;
 mod contents;
@@ -23,6 +23,7 @@ pub mod machine;
 pub mod measure;
 pub mod metrics;
 pub mod numbers;
+pub mod older;
 pub mod overrides;
 pub mod plan;
 pub mod reference;

@@ -3,7 +3,7 @@
 use super::metrics::Metric;
 use super::overrides::Override;
 use super::resolve::resolve;
-use super::results::{Crop, Figures};
+use super::results::{Crop, Figures, Origin};
 use crate::error::{Error, Result};
 use crate::render::Budget;
 use crate::scene::RenderDefaults;
@@ -19,6 +19,8 @@ use std::path::{Path, PathBuf};
 pub struct Plan {
     /// The file's name without `.toml`.
     pub name: String,
+    /// The file it comes from.
+    pub source: Origin,
     /// The file's text, with the changes from the command line.
     pub text: String,
     /// For people.
@@ -161,7 +163,9 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Plan> {
     }
     let changes = overrides.iter().map(|c| format!("--set {}", c.text())).collect::<Vec<_>>().join(" ");
     let text = toml::to_string(&table).map_err(|e| Error::usage(format!("{changes}: {e}")))?;
-    resolve(&Source::from_text(path, text)).map_err(|error| match (plan, error) {
+    let origin = Origin::of(&source);
+    let changed = resolve(&Source::from_text(path, text)).map(|changed| Plan { source: origin, ..changed });
+    changed.map_err(|error| match (plan, error) {
         (Err(original), _) => original,
         (Ok(_), Error::File { path, message, .. }) => {
             Error::usage(format!("{} with {changes}: {message}", path.display()))

@@ -209,6 +209,27 @@ pub struct Making {
 }
 
 impl Making {
+    /// Where its blocks lie.
+    pub fn folder(&self) -> &Path {
+        &self.dir
+    }
+
+    /// At least this much.
+    pub fn budget(&self) -> Budget {
+        self.budget
+    }
+
+    /// Iterations and seconds of the blocks on disk that come one after the other.
+    pub fn there(&self) -> (u64, f64) {
+        let (mut iterations, mut seconds) = (0, 0.0);
+        for path in blocks(&self.dir).unwrap_or_default() {
+            if let Ok(Some(block)) = read_block(&path, iterations) {
+                (iterations, seconds) = (iterations + block.iterations, seconds + block.seconds);
+            }
+        }
+        (iterations, seconds)
+    }
+
     /// The blocks that are missing, as first iterations and counts; none where the clock says where blocks end.
     ///
     /// # Errors

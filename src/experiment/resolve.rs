@@ -3,7 +3,7 @@
 use super::file::{BudgetDef, EstimatorDef, ExperimentFile, HeuristicDef, ReferenceDef, SceneDef};
 use super::metrics::Metric;
 use super::plan::{EstimatorPlan, Lengths, Plan, ReferencePlan, ScenePlan};
-use super::results::{Crop, Figures};
+use super::results::{Crop, Figures, Origin};
 use crate::error::{Error, Result};
 use crate::render::Budget;
 use crate::scene::file::source::{Source, Span};
@@ -39,6 +39,7 @@ pub fn resolve(source: &Source) -> Result<Plan> {
     Ok(Plan {
         title: file.title.clone().unwrap_or_else(|| name.clone()),
         name,
+        source: Origin::of(source),
         text: source.text().to_owned(),
         description: file.description.trim().to_owned(),
         runs: file.runs.map_or(1, |n| n.0),

@@ -6,10 +6,14 @@
 //! Rec. 709. A number that does not exist (a confidence interval of a single run, say) is `null`, and so is one that is not
 //! finite, as JSON has none: where a number has to be, `null` is read back as NaN.
 //!
+//! A value under the key of a metric is what the page shows, here and in the tables: of a metric to which the reference's own noise
+//! adds up (MSE, relMSE), and where that is known, the value without it. It may come out negative where that noise is most of it. What
+//! was measured before that was taken off is `measured` here, and the metric `relmse_measured` or `mse_measured` in the tables.
+//!
 //! ```text
 //! results/<experiment>/
 //!     results.json            this file
-//!     results.csv             a row a (scene, estimator, run, metric): see `csv`
+//!     results.csv             a row a number: see `csv`
 //!     convergence.csv         likewise a row a checkpoint
 //!     <scene>/<estimator>/convergence.json    the mean over the runs, for figure-gen: see `csv`
 //!     experiment.toml         the experiment file, with the changes of `--set`
@@ -27,18 +31,21 @@
 //!     cells/                  runs as far as they have come: see [`super::store`]
 //! ```
 
+use super::hash::Hasher;
 use super::numbers::{named, number, three};
+use super::older;
 use crate::error::{Error, Result};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
 use crate::render::files::all_paths;
+use crate::scene::file::source::Source;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The version of the schema that this program writes. It grows when a reader of the old one would be misled;
 /// new keys alone do not change it.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// The file's name within the folder of results.
 pub const FILE_NAME: &str = "results.json";
@@ -50,6 +57,9 @@ pub struct Results {
     pub schema: u32,
     /// The experiment's name: its file's, without `.toml`.
     pub experiment: String,
+    /// The experiment file; none in results from before this was kept.
+    #[serde(default)]
+    pub source: Option<Origin>,
     /// For people; the name where the file has none.
     pub title: String,
     /// What it is about; may be empty. Plain text, paragraphs separated by blank lines.
@@ -81,6 +91,28 @@ pub struct Results {
     pub figures: Figures,
     /// What the reader of the results should know.
     pub warnings: Vec<String>,
+}
+
+/// The file that an experiment was read from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Its absolute path.
+    pub file: PathBuf,
+    /// A hash of its text, without the changes of `--set`.
+    pub contents: String,
+}
+
+impl Origin {
+    /// Of a text that was read.
+    pub fn of(source: &Source) -> Self {
+        let file = std::path::absolute(source.path()).unwrap_or_else(|_| source.path().to_owned());
+        Self { file, contents: Hasher::default().field(source.text().as_bytes()).hex() }
+    }
+
+    /// Whether the file is still there and has another text now.
+    pub fn has_changed(&self) -> bool {
+        Source::read(&self.file).is_ok_and(|now| Self::of(&now).contents != self.contents)
+    }
 }
 
 /// A computer.
@@ -314,9 +346,12 @@ pub struct Run {
     /// The mean of the image over its pixels, by channel.
     #[serde(deserialize_with = "three")]
     pub mean: [f64; 3],
-    /// Value of each metric, by its key.
+    /// Value of each metric, by its key: as the page shows it, without the reference's noise where that is known.
     #[serde(deserialize_with = "named")]
     pub metrics: BTreeMap<String, f64>,
+    /// Of metrics from which such noise was taken off, the value with it: as measured against the reference.
+    #[serde(default, deserialize_with = "named")]
+    pub measured: BTreeMap<String, f64>,
     /// relMSE against the reference, less what the reference's own noise adds to it; none without a reference. It may come out
     /// negative where that dominates.
     #[serde(default)]
@@ -338,7 +373,7 @@ pub struct Checkpoint {
     pub spp: u64,
     /// Seconds of rendering so far.
     pub seconds: f64,
-    /// Value of each metric, by its key.
+    /// Value of each metric, by its key, without the reference's noise where that is known.
     #[serde(deserialize_with = "named")]
     pub metrics: BTreeMap<String, f64>,
 }
@@ -369,14 +404,15 @@ pub struct Interval {
 pub struct Summary {
     /// The metric's key.
     pub metric: String,
-    /// Its mean and interval, as measured against the reference.
+    /// Its mean and interval, as the page shows them: without the reference's own noise where that is known, and then the interval
+    /// holds what is not known of the noise too.
     pub value: Estimate,
     /// What the reference's own noise adds to it; none where that is not known, or the metric is not one to which it adds up.
     #[serde(default)]
     pub noise: Option<f64>,
-    /// The value without that noise; its interval holds what is not known of the noise too.
+    /// Where there is such noise, mean and interval with it: as measured against the reference.
     #[serde(default)]
-    pub corrected: Option<Estimate>,
+    pub measured: Option<Estimate>,
 }
 
 /// How a metric falls as a run goes on, without the reference's noise where that is known.
@@ -472,22 +508,15 @@ impl Results {
 }
 
 impl Cell {
-    /// A metric over the runs, by its key, without the reference's noise where that is known.
+    /// A metric over the runs, by its key.
     pub fn metric(&self, key: &str) -> Option<Estimate> {
-        self.summary.iter().find(|s| s.metric == key).map(|s| s.corrected.unwrap_or(s.value))
+        self.summary.iter().find(|s| s.metric == key).map(|s| s.value)
     }
 
     /// MSE · seconds of each run, without the reference's noise: the reciprocal of its efficiency.
     pub fn costs(&self) -> Vec<f64> {
-        let noise = self.noise("mse");
-        let asked_for = |r: &Run| r.metrics.get("mse").map(|mse| mse - noise);
-        let mse = |r: &Run| r.mse.or_else(|| asked_for(r)).unwrap_or(f64::NAN);
+        let mse = |r: &Run| r.mse.or_else(|| r.metrics.get("mse").copied()).unwrap_or(f64::NAN);
         self.runs.iter().map(|r| mse(r) * r.seconds).collect()
-    }
-
-    /// What the reference's noise adds to a metric; 0 where that is not known.
-    pub fn noise(&self, key: &str) -> f64 {
-        self.summary.iter().find(|s| s.metric == key).and_then(|s| s.noise).unwrap_or(0.0)
     }
 }
 
@@ -525,6 +554,9 @@ pub fn read(dir: impl AsRef<Path>) -> Result<Results> {
         schema: u32,
     }
     let Version { schema } = serde_json::from_str(&text).map_err(damaged)?;
+    if schema == 1 {
+        return older::read(&text).map_err(damaged);
+    }
     if schema != SCHEMA {
         let message = format!("results of schema {schema}: this program reads schema {SCHEMA}");
         return Err(Error::file(&path, message));

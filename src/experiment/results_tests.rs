@@ -20,6 +20,7 @@ fn results() -> Results {
         partial: true,
         mean: [0.5; 3],
         metrics: BTreeMap::from([("mse".into(), 1.0 / 3.0)]),
+        measured: BTreeMap::from([("mse".into(), 0.4)]),
         checkpoints: vec![Checkpoint { spp: 1, seconds: 0.02, metrics: BTreeMap::new() }],
         exr: "box/pt/run-00.exr".into(),
     };
@@ -30,7 +31,7 @@ fn results() -> Results {
         max_length: 64,
         paths: all_paths(),
         runs: vec![run],
-        summary: vec![Summary { metric: "mse".into(), value: estimate, noise: None, corrected: None }],
+        summary: vec![Summary { metric: "mse".into(), value: estimate, noise: None, measured: None }],
         variance: None,
         bias: Some(estimate),
         efficiency: Some(estimate),
@@ -45,6 +46,7 @@ fn results() -> Results {
     Results {
         schema: SCHEMA,
         experiment: "e".into(),
+        source: Some(Origin { file: "/a/e.toml".into(), contents: "0".into() }),
         title: "E".into(),
         description: String::new(),
         program: "tyndall".into(),
@@ -115,7 +117,7 @@ fn damage_and_other_versions_are_said() {
     let json = serde_json::to_string_pretty(&results()).unwrap();
     std::fs::write(&path, &json[..json.len() / 2]).unwrap();
     assert!(read(dir.path()).unwrap_err().to_string().contains("damaged results"));
-    std::fs::write(&path, json.replacen("\"schema\": 1", "\"schema\": 99", 1)).unwrap();
+    std::fs::write(&path, json.replacen("\"schema\": 2", "\"schema\": 99", 1)).unwrap();
     assert!(read(dir.path()).unwrap_err().to_string().contains("schema 99"));
 }
 

@@ -351,6 +351,7 @@ fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
     Results {
         schema: SCHEMA,
         experiment: plan.name.clone(),
+        source: Some(plan.source.clone()),
         title: plan.title.clone(),
         description: plan.description.clone(),
         program: PROGRAM.to_owned(),

@@ -2,9 +2,9 @@
 
 use super::cell::SceneContext;
 use super::plan::Plan;
-use super::reference::Maker;
+use super::reference::{Maker, Making};
 use super::run::{clock, load_scenes};
-use super::store::{COSTS, FOLDER, SceneKey, Unit};
+use super::store::{COSTS, FOLDER, SceneKey, Unit, is_busy};
 use crate::error::Result;
 use crate::render::{Budget, Silent, Stop};
 use std::collections::HashSet;
@@ -35,11 +35,34 @@ pub struct Row {
     pub left: Option<f64>,
 }
 
+/// How far the reference of a scene has come that is rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceRow {
+    /// The scene's key.
+    pub scene: String,
+    /// How much is asked for.
+    pub budget: Budget,
+    /// Iterations on disk.
+    pub iterations: u64,
+    /// Seconds that they took.
+    pub seconds: f64,
+    /// Whether that is all that is asked for.
+    pub done: bool,
+    /// Whether a process is at it.
+    pub busy: bool,
+    /// Seconds of rendering that are left, where that can be told.
+    pub left: Option<f64>,
+}
+
 /// How far an experiment has come.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
+    /// A row a scene whose reference is rendered.
+    pub references: Vec<ReferenceRow>,
     /// A row a scene and estimator.
     pub rows: Vec<Row>,
+    /// Whether it is measured, in the end, what techniques cost.
+    pub costs: bool,
     /// Folders of runs with other settings, contents or code, and the bytes in them.
     pub stale: Vec<(PathBuf, u64)>,
 }
@@ -52,12 +75,13 @@ pub struct Status {
 pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
     let scenes = load_scenes(plan)?;
     let (clock, stop) = (clock(), Stop::default());
-    let mut rows = Vec::new();
+    let (mut references, mut rows) = (Vec::new(), Vec::new());
     let mut current = HashSet::new();
     for (entry, scene) in plan.scenes.iter().zip(&scenes) {
         let key = SceneKey::new(scene)?;
         let measured = plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
         let mut maker = Maker { cache, stop: &stop, observer: &mut Silent, frozen: true };
+        references.extend(maker.making(entry, scene)?.map(|making| reference(&entry.key, &making)));
         let truth = if measured { maker.obtain(entry, scene).ok().flatten() } else { None };
         let truth = truth.as_ref();
         let (key, clock, stop) = (&key, &clock, &stop);
@@ -99,7 +123,18 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
             rows.push(row);
         }
     }
-    Ok(Status { rows, stale: stale(out, &current) })
+    Ok(Status { references, rows, costs: plan.figures.costs, stale: stale(out, &current) })
+}
+
+/// How far a reference has come.
+fn reference(scene: &str, making: &Making) -> ReferenceRow {
+    let budget = making.budget();
+    let (iterations, seconds) = making.there();
+    let done = !budget.goes_on(iterations, seconds);
+    let left =
+        if done { Some(0.0) } else { left_of(budget, (iterations, seconds), seconds / iterations as f64) };
+    let busy = is_busy(making.folder());
+    ReferenceRow { scene: scene.to_owned(), budget, iterations, seconds, done, busy, left }
 }
 
 /// Iterations and seconds with those of blocks that were rendered ahead.
@@ -112,15 +147,20 @@ fn with_ahead(unit: &Unit, (iterations, seconds): (u64, f64)) -> (u64, f64) {
 /// Seconds that the runs which are not done will take, from what those before them took.
 fn time_left(row: &Row, left: &[(u64, f64)]) -> Option<f64> {
     let an_iteration = row.seconds / row.iterations as f64;
-    let of = |(iterations, seconds): &(u64, f64)| match row.budget {
+    let of = |at: &(u64, f64)| left_of(row.budget, *at, an_iteration);
+    // From +0: the empty sum of floats is −0.
+    left.iter().map(of).try_fold(0.0, |sum, seconds| Some(sum + seconds?))
+}
+
+/// Seconds that are left of a budget after so many iterations and seconds, where an iteration takes so long.
+fn left_of(budget: Budget, (iterations, seconds): (u64, f64), an_iteration: f64) -> Option<f64> {
+    match budget {
         Budget::Spp(spp) => {
-            Some(spp.saturating_sub(*iterations) as f64 * an_iteration).filter(|v| v.is_finite())
+            Some(spp.saturating_sub(iterations) as f64 * an_iteration).filter(|v| v.is_finite())
         }
         Budget::Seconds(limit) => Some((limit - seconds).max(0.0)),
         Budget::RelMse { .. } => None,
-    };
-    // From +0: the empty sum of floats is −0.
-    left.iter().map(of).try_fold(0.0, |sum, seconds| Some(sum + seconds?))
+    }
 }
 
 /// Folders of runs that the plan does not have.

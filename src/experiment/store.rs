@@ -96,7 +96,10 @@ pub struct Unit {
 
 /// What the runs of a scene have in common.
 #[derive(Clone, Debug)]
-pub struct SceneKey(String);
+pub struct SceneKey {
+    key: String,
+    contents: String,
+}
 
 impl SceneKey {
     /// Of the contents of a scene's files, and the size of its images.
@@ -108,8 +111,16 @@ impl SceneKey {
         hasher.field(RENDERING.as_bytes());
         let (size, crop) = (scene.camera.size(), scene.camera.crop());
         hasher.field(format!("{size} {} {} {} {}", crop.x0, crop.y0, crop.x1, crop.y1).as_bytes());
-        contents::add(&mut hasher, scene)?;
-        Ok(Self(hasher.hex()))
+        let mut contents = Hasher::default();
+        contents::add(&mut contents, scene)?;
+        let contents = contents.hex();
+        hasher.field(contents.as_bytes());
+        Ok(Self { key: hasher.hex(), contents })
+    }
+
+    /// Names the contents of the scene's files alone, whatever code renders them and in which size.
+    pub fn contents(&self) -> &str {
+        &self.contents
     }
 }
 
@@ -140,7 +151,7 @@ impl Unit {
             pyramid,
         } = settings;
         let mut hasher = Hasher::default();
-        hasher.field(scene.1.0.as_bytes());
+        hasher.field(scene.1.key.as_bytes());
         let words = format!(
             "{techniques} {heuristic:?} {connections:?} {tracking:?} {merging:?} {min_length} {max_length}"
         );
@@ -175,8 +186,7 @@ impl Unit {
 
     /// Whether another process has the lock, as far as can be told.
     pub fn is_busy(&self) -> bool {
-        let Ok(file) = File::open(self.folder.join("lock")) else { return false };
-        matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
+        is_busy(&self.folder)
     }
 
     /// The states that are there, the longest first.
@@ -338,6 +348,12 @@ pub fn lock(folder: &Path) -> Result<Option<Option<File>>> {
         Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => Ok(Some(None)),
         Err(TryLockError::Error(e)) => Err(Error::io(&path, "lock it", &e)),
     }
+}
+
+/// Whether another process has the lock on a folder, as far as can be told.
+pub fn is_busy(folder: &Path) -> bool {
+    let Ok(file) = File::open(folder.join("lock")) else { return false };
+    matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
 }
 
 /// Whether a file's name is that of one that is being written.

@@ -5,9 +5,11 @@
 //! pixel. The weights come from three sides: what the renderer gave, the recursion of its weights run over the whole path in f64, and the
 //! oracle's densities ([`crate::oracle`]).
 
+mod largest;
 mod replay;
 mod words;
 
+pub use largest::{Largest, command, largest};
 pub use replay::{Found, Replay};
 pub use words::text;
 

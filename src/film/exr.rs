@@ -1,7 +1,7 @@
 //! EXR files: layers of R, G, B channels in 32-bit floats, and string metadata.
 //!
 //! A file of ours has one part. The default layer's channels are plainly `R`, `G`, `B`, so that any tool shows
-//! it; those of a layer `name` are `name.R`, `name.G`, `name.B`. A render of a crop window keeps its place:
+//! it; those of a layer `name` are `name.R`, `name.G`, `name.B`, but for `outliers`, which has no colours: see [`OUTLIERS`]. A render of a crop window keeps its place:
 //! the display window is the full frame, the data window the crop. Files of others may have several parts and
 //! channels of 16-bit floats or integers too.
 
@@ -17,6 +17,18 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Error as IoError};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+
+/// Name of the layer with the largest sample of each pixel. Its three numbers are the channels `outliers.luminance`,
+/// `outliers.iteration` and `outliers.share`; as `R`, `G` and `B`, which files of before have, they are read as well.
+pub const OUTLIERS: &str = "outliers";
+
+/// The channels of colours.
+const COLORS: [&str; 3] = ["R", "G", "B"];
+
+/// The channels of a layer, as they are written.
+fn channels_of(layer: &str) -> [&'static str; 3] {
+    if layer == OUTLIERS { ["luminance", "iteration", "share"] } else { COLORS }
+}
 
 /// One image of a file, by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,7 +163,7 @@ fn part_of(
                 format!("`{name}` cannot name a layer: at most 250 ASCII characters"),
             ));
         }
-        for (index, channel) in ["R", "G", "B"].into_iter().enumerate() {
+        for (index, channel) in channels_of(name).into_iter().enumerate() {
             let full = if name.is_empty() { channel.to_owned() } else { format!("{name}.{channel}") };
             let samples = pixels.pixels.iter().map(|p| p[index]).collect();
             if channels.insert(full, FlatSamples::F32(samples)).is_some() {
@@ -258,7 +270,7 @@ fn check_claimed_size(bytes: &[u8]) -> Result<(), String> {
 fn contents(file: FlatImage) -> Result<Contents, String> {
     let Vec2(width, height) = file.attributes.display_window.size;
     let plain = |part: &Part<AnyChannels<FlatSamples>>| {
-        ["R", "G", "B"].iter().all(|c| part.channel_data.list.iter().any(|x| text_of(&x.name) == *c))
+        COLORS.iter().all(|c| part.channel_data.list.iter().any(|x| text_of(&x.name) == *c))
     };
     // In a file of several parts, a part's name stands for the layer; but what other tools show first, the
     // first part with plain R, G, B, is the default layer.
@@ -277,8 +289,9 @@ fn contents(file: FlatImage) -> Result<Contents, String> {
         for channel in part.channel_data.list {
             let name = text_of(&channel.name);
             let (prefix, last) = name.rsplit_once('.').unwrap_or(("", &name));
-            let index = ["R", "G", "B"].iter().position(|c| *c == last);
             let layer = if prefix.is_empty() { part_name.as_str() } else { prefix };
+            let index =
+                [COLORS, channels_of(layer)].iter().find_map(|names| names.iter().position(|c| *c == last));
             if let Some(index) = index {
                 let triple = found.entry(layer.to_owned()).or_default();
                 triple[index].get_or_insert(channel.sample_data);

@@ -38,6 +38,35 @@ fn what_is_written_is_read_bit_for_bit() {
     assert_eq!(bits(&read_rgb(&path).unwrap()), bits(&image.layers[0].image));
 }
 
+/// The channels of the largest samples say what they are; files of before, where they are R, G and B, are read as well.
+#[test]
+fn outliers_are_read_by_both_their_names() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.exr");
+    let mut image = sample();
+    image.push(OUTLIERS, noisy(19, 35));
+    write(&path, &image).unwrap();
+    assert_eq!(read_layers(&path).unwrap().layer(OUTLIERS), Some(&noisy(19, 35)));
+    let channels = decode(&std::fs::read(&path).unwrap()).unwrap().channels;
+    let own: Vec<&str> = channels.iter().filter_map(|c| c.strip_prefix("outliers.")).collect();
+    assert_eq!(own, ["iteration", "luminance", "share"]);
+    // As `colours`, whose name is as long, with the name put in its place.
+    image.layers.retain(|l| l.name != OUTLIERS);
+    image.push("colours_", noisy(19, 35));
+    write(&path, &image).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let mut old = bytes.clone();
+    for i in 0..bytes.len() - 8 {
+        if &bytes[i..i + 8] == b"colours_" {
+            old[i..i + 8].copy_from_slice(b"outliers");
+        }
+    }
+    std::fs::write(&path, old).unwrap();
+    let back = decode(&std::fs::read(&path).unwrap()).unwrap();
+    assert!(back.channels.iter().any(|c| c == "outliers.R"));
+    assert_eq!(read_layers(&path).unwrap().layer(OUTLIERS), Some(&noisy(19, 35)));
+}
+
 #[test]
 fn every_compression_we_might_use_is_lossless() {
     let directory = tempfile::tempdir().unwrap();

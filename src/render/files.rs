@@ -18,9 +18,16 @@ use std::path::Path;
 /// Name of the layer with the variance of the default layer's pixels.
 pub const VARIANCE: &str = "variance";
 
-/// Name of the layer with what one iteration added most to each pixel: its luminance (R), its number (G), and its share of
-/// all that the pixel got (B). `tyndall explain --sample` replays it.
-pub const OUTLIERS: &str = "outliers";
+/// Name of the layer with what one iteration added most to each pixel: its luminance, its number from 0, and its share of
+/// all that the pixel got; the channels are `outliers.luminance`, `outliers.iteration` and `outliers.share`, and R, G and B
+/// in files of before they had these names. `tyndall explain RUN.exr` lists and replays it.
+pub const OUTLIERS: &str = crate::film::exr::OUTLIERS;
+
+/// Name of the metadata with the absolute path of the scene file.
+pub const SCENE_FILE: &str = "tyndall.sceneFile";
+
+/// Name of the metadata with a hash of the contents of the scene's files.
+pub const SCENE_CONTENTS: &str = "tyndall.sceneContents";
 
 /// The program's name and version.
 pub const PROGRAM: &str = concat!("tyndall ", env!("CARGO_PKG_VERSION"));
@@ -61,6 +68,9 @@ pub struct Resolved {
     /// How merges are made, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub merging: Option<ResolvedMerging>,
+    /// Whether lights as they are seen directly were connected with the lens, beside being hit, where that was said or chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direct: Option<bool>,
     /// Names the random numbers; as text, since TOML has no such large numbers.
     pub seed: String,
     /// Which images were kept.
@@ -136,6 +146,7 @@ impl Resolved {
             connections: settings.techniques.has(Technique::Connect).then_some(settings.connections),
             light_starts: chosen.starts.as_deref().map(|q| (0..q.len()).map(|i| q.pdf(i)).collect()),
             tracking: tracking(scene, settings),
+            direct: settings.merging.direct,
             merging: ResolvedMerging::new(settings, chosen),
             seed: settings.seed.to_string(),
             layers: settings.layers,
@@ -195,6 +206,14 @@ pub fn layered(scene: &Scene, settings: &Settings, resolved: &Resolved, outcome:
     }
     file.metadata = metadata(resolved, settings, outcome);
     file
+}
+
+/// Where a scene lies and what is in its files, as an EXR's string attributes: with the settings, all that it takes to
+/// walk a sample again.
+pub fn origin(scene: &Path, contents: &str) -> [(String, String); 2] {
+    let path = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
+    [(SCENE_FILE, path.to_string_lossy().into_owned()), (SCENE_CONTENTS, contents.to_owned())]
+        .map(|(key, text)| (key.to_owned(), text))
 }
 
 /// How a render was made, as an EXR's string attributes.

@@ -2,6 +2,7 @@
 //!
 //! The clock runs during iterations, and the pilots before them. What watchers do between them (metrics, progress, files) is not counted.
 
+mod again;
 mod budget;
 pub mod files;
 mod job;

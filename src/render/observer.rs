@@ -16,6 +16,12 @@ pub trait Observer {
     fn last(&mut self, _film: &dyn Fn() -> Film) {}
     /// The render has ended, by its budget or by a stop.
     fn end(&mut self);
+    /// Something begins beside the renders that takes its time too: what it is called, and of how many steps, such as `renders`.
+    fn begin_steps(&mut self, _what: &str, _count: u64, _steps: &str) {}
+    /// So many of these steps are done.
+    fn step(&mut self, _done: u64) {}
+    /// It has ended.
+    fn end_steps(&mut self) {}
     /// Something that is worth a line of its own.
     fn note(&mut self, line: &str);
 }

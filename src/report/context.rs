@@ -110,6 +110,11 @@ impl<'a> Context<'a> {
         None
     }
 
+    /// A file of the results as it is named from where the page was made.
+    pub fn path(&self, file: &str) -> std::path::PathBuf {
+        self.dir.join(file)
+    }
+
     /// Notes once what could not be shown.
     pub fn note(&mut self, problem: String) {
         if !self.problems.contains(&problem) {

@@ -50,7 +50,7 @@ impl Against {
             Self::Samples => c.slope_spp,
             // Older results have it with the set-up, which alone may make a line steep: it is fitted again.
             Self::Time if entry.cell.runs.iter().any(|r| r.setup > 0.0) => {
-                curve(&c.metric, &entry.cell.runs, entry.cell.noise(&c.metric))?.slope_seconds
+                curve(&c.metric, &entry.cell.runs)?.slope_seconds
             }
             Self::Time => c.slope_seconds,
         }
@@ -137,7 +137,7 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
             label: entry.info.label.clone(),
             series: entry.index,
             color: context.colors[entry.index].clone(),
-            runs: runs(&entry.cell.runs, &metric.key, against, entry.cell.noise(&metric.key)),
+            runs: runs(&entry.cell.runs, &metric.key, against),
             mean: mean.collect(),
             remark: against.slope(entry, found).map_or_else(|| "too few points to fit".into(), |s| slope(&s)),
         })
@@ -152,12 +152,12 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
 }
 
 /// Each run's way, without the reference's noise; nothing for a single run, which is its own mean.
-fn runs(runs: &[Run], key: &str, against: Against, noise: f64) -> Vec<Vec<(f64, f64)>> {
+fn runs(runs: &[Run], key: &str, against: Against) -> Vec<Vec<(f64, f64)>> {
     if runs.len() < 2 {
         return Vec::new();
     }
     let way = |r: &Run| {
-        let value = |c: &Checkpoint| Some((against.of_run(c), c.metrics.get(key)? - noise));
+        let value = |c: &Checkpoint| Some((against.of_run(c), *c.metrics.get(key)?));
         let points = r.checkpoints.iter().filter_map(value);
         points.collect::<Vec<_>>()
     };

@@ -329,7 +329,8 @@ const NOISE_SHARE: f64 = 0.1;
 
 fn reference_noise(view: &SceneView, cell: &Cell) -> Option<String> {
     let noise = view.scene.reference.as_ref()?.variance?;
-    let mse = cell.summary.iter().find(|s| s.metric == "mse")?.value.mean;
+    let mse = cell.summary.iter().find(|s| s.metric == "mse")?;
+    let mse = mse.measured.unwrap_or(mse.value).mean;
     let share = noise / mse;
     (share > NOISE_SHARE && share.is_finite()).then(|| {
         format!(

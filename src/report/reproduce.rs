@@ -55,7 +55,7 @@ fn program(results: &Results, m: &mut Markup) {
         pair(m, "finished", &results.finished);
         let total: f64 = results.cells.iter().flat_map(|c| &c.runs).map(|r| r.seconds).sum();
         pair(m, "rendering in all", &duration(total));
-        pair(m, "data", "results.json (all numbers), results.csv (a row a scene, estimator, run and metric)");
+        pair(m, "data", "results.json (all numbers), results.csv (a row a number, under the keys of this page's metrics with the values of this page)");
     });
 }
 

@@ -7,6 +7,7 @@ use super::montage::{Montage, Tile};
 use super::numbers::{percent, significant};
 use super::picture::Picture;
 use crate::experiment::results::{Estimate, Run, TechniqueShare};
+use crate::explain::{Largest, command, largest};
 use crate::film::exr::LayeredImage;
 use crate::film::false_color::Scale;
 use crate::film::{Image, ScalarImage};
@@ -17,6 +18,8 @@ use crate::transport::technique::TECHNIQUES;
 const SIDE: usize = 400;
 /// The share of a map's values that lies within its scale.
 const QUANTILE: f64 = 0.99;
+/// So many of the largest samples of a run are listed.
+const LARGEST: usize = 5;
 
 /// The section; nothing where there is nothing to tell.
 pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
@@ -26,7 +29,12 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         .iter()
         .filter_map(|e| Some((e, context.load(e.cell.files.statistics_exr.as_deref()?, view.scene)?)))
         .collect();
-    if told.is_empty() && maps.is_empty() {
+    let samples: Vec<(&Entry, Vec<Largest>)> = view
+        .entries
+        .iter()
+        .filter_map(|e| Some((e, largest(&context.load(&e.cell.files.exr, view.scene)?)?)))
+        .collect();
+    if told.is_empty() && maps.is_empty() && samples.is_empty() {
         return;
     }
     let id = format!("{}-why", view.id);
@@ -43,6 +51,9 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
             );
         }
         figure = spread(m, view, &maps);
+        if !samples.is_empty() {
+            fireflies(m, context, view, &samples);
+        }
     });
     let wanted = context.results.figures.comparison;
     context.figures.extend(figure.filter(|_| wanted).map(|svg| (format!("{}-spread", view.slug), svg)));
@@ -86,6 +97,43 @@ fn table(m: &mut Markup, told: &[&Entry]) {
                 );
             }
         }
+    });
+}
+
+/// The largest samples of the first runs, with what to type to see where each comes from; folded.
+fn fireflies(m: &mut Markup, context: &Context, view: &SceneView, samples: &[(&Entry, Vec<Largest>)]) {
+    m.tag("details", &[("class", &"fireflies")], |m| {
+        m.leaf("summary", &[], "Largest samples of the first runs, by luminance times share of the pixel, and how to have them explained");
+        let label = format!("largest samples of {}", view.scene.label);
+        m.region(&[("class", &"scroll")], &label, |m| {
+            m.tag("table", &[], |m| {
+                let headings = ["estimator", "pixel", "luminance", "of the pixel", "sample", "command"];
+                m.tag("thead", &[], |m| {
+                    m.tag("tr", &[], |m| headings.iter().for_each(|h| m.leaf("th", &[("scope", &"col")], h)));
+                });
+                m.tag("tbody", &[], |m| {
+                    for (entry, l) in
+                        samples.iter().flat_map(|(e, all)| all.iter().take(LARGEST).map(move |l| (e, l)))
+                    {
+                        m.tag("tr", &[("data-estimator", &entry.info.key)], |m| {
+                            m.tag("th", &[("scope", &"row")], |m| {
+                                swatch(m, entry.index);
+                                m.text(&entry.info.label);
+                            });
+                            let numbers = [
+                                format!("{}, {}", l.pixel[0], l.pixel[1]),
+                                significant(l.luminance.into(), 3),
+                                percent(l.share.into()),
+                                l.iteration.to_string(),
+                            ];
+                            numbers.iter().for_each(|n| m.leaf("td", &[("class", &"number")], n));
+                            let run = context.path(&entry.cell.files.exr);
+                            m.tag("td", &[], |m| m.leaf("code", &[], command(&run, l.pixel)));
+                        });
+                    }
+                });
+            });
+        });
     });
 }
 

@@ -23,9 +23,12 @@ enum Shape {
     Choice(Vec<Key>),
     /// One of these words.
     Words(Vec<(String, String)>),
-    /// One of several things that look different.
-    Either(Vec<(String, Vec<(Option<String>, Type)>)>),
+    /// One of several things that look different: what is said of each, and the names and types of its parts.
+    Either(Vec<(String, Vec<Part>)>),
 }
+
+/// A part of a variant, by its name where it has one.
+type Part = (Option<String>, Type);
 
 struct Described {
     docs: String,

@@ -12,6 +12,7 @@ pub mod smape;
 
 use crate::error::{Error, Result};
 use crate::film::{Image, ScalarImage};
+use crate::scene::file::source::allowed;
 
 /// An error metric between an image and its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -128,9 +129,7 @@ impl Metric {
             return Ok(row.metric);
         }
         let keys: Vec<&str> = TABLE.iter().map(|row| row.key).collect();
-        let meant = crate::error::nearest(key, keys.iter().copied())
-            .map_or(String::new(), |near| format!("; did you mean `{near}`?"));
-        Err(Error::usage(format!("there is no metric `{key}`{meant} The metrics are {}", keys.join(", "))))
+        Err(Error::usage(format!("there is no metric `{key}`; {}", allowed("metric", key, &keys))))
     }
 
     /// The metric's value and error map. Errors as the module says.

@@ -250,6 +250,31 @@ fn the_best_is_marked_only_where_it_can_be_told() {
     assert!(!html.contains("number best") && html.contains("not distinguishable"));
 }
 
+/// Five samples an estimator, the largest first, each with the command that explains it.
+#[test]
+fn the_largest_samples_are_listed_with_commands() {
+    let dir = tempfile::tempdir().unwrap();
+    let (html, _) = page(dir.path(), &results(dir.path(), &Options::default()));
+    let part = html.split("class=\"fireflies\"").nth(1).unwrap().split("</details>").next().unwrap();
+    for key in ["pt", "lt", "bpt"] {
+        let run = dir.path().join(format!("scene0/{key}/run-00.exr"));
+        let command = format!("tyndall explain {} --pixel ", run.display());
+        let pixels: Vec<&str> =
+            part.split(&command).skip(1).map(|rest| rest.split('<').next().unwrap()).collect();
+        assert_eq!(pixels.len(), 5, "{part}");
+        let file = crate::film::exr::read_layers(&run).unwrap();
+        let of = |pixel: &str| {
+            let (x, y) = pixel.split_once(',').unwrap();
+            let [luminance, _, share] =
+                file.layer("outliers").unwrap().get(x.parse().unwrap(), y.parse().unwrap());
+            luminance * share
+        };
+        let values: Vec<f32> = pixels.iter().map(|p| of(p)).collect();
+        let most = file.layer("outliers").unwrap().pixels.iter().map(|p| p[0] * p[2]).fold(0.0, f32::max);
+        assert!(values[0] == most && values.is_sorted_by(|a, b| a >= b), "{values:?}");
+    }
+}
+
 #[test]
 fn numbers_out_of_order_leave_a_page() {
     let dir = tempfile::tempdir().unwrap();

@@ -219,8 +219,10 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
         add_layers(&mut file, &one, techniques);
     }
     let layers = file.layers.iter().map(|l| l.name.clone()).filter(|n| !n.is_empty()).collect();
-    write(dir.join(format!("{base}/run-00.exr")), &file).unwrap();
     write(dir.join(format!("{base}/mean.exr")), &file).unwrap();
+    let outlier = |x: usize, y: usize| [one.get(x, y)[1], (x + y) as f32, if x == 7 { 0.875 } else { 0.5 }];
+    file.push("outliers", Image::from_fn(one.width, one.height, outlier));
+    write(dir.join(format!("{base}/run-00.exr")), &file).unwrap();
     let error = |x: usize, y: usize| {
         let (a, b) = (one.get(x, y), reference.get(x, y));
         [(0..3).map(|i| (a[i] - b[i]).powi(2) / (b[i] * b[i] + 0.01)).sum::<f32>() / 3.0; 3]
@@ -258,7 +260,7 @@ fn cell(dir: &Path, scene: &str, e: usize, options: &Options, reference: &Image)
                 metric: m.0.into(),
                 value: over(&|r| r.metrics[m.0]),
                 noise: None,
-                corrected: None,
+                measured: None,
             })
             .collect(),
         variance: several.then(|| over(&|r| 0.9 * r.metrics["mse"])),
@@ -354,6 +356,7 @@ pub fn results(dir: &Path, options: &Options) -> Results {
     Results {
         schema: SCHEMA,
         experiment: "synthetic".into(),
+        source: None,
         title: "Three ways to light a box".into(),
         description: "Path tracing, light tracing and both together at equal time.\n\nThe second paragraph."
             .into(),

@@ -63,11 +63,19 @@ pub fn resolve(scene: &Path) -> Result<PathBuf> {
     let Some(name) = scene.to_str().filter(|s| scene.components().count() == 1 && !s.contains('.')) else {
         return Err(Error::file(scene, "there is no such scene file"));
     };
-    let known = known_scenes(Path::new("scenes"));
+    let folder = Path::new("scenes");
+    let known = known_scenes(folder);
     if known.iter().any(|k| k == name) {
         return Ok(Path::new("scenes").join(name).join("scene.toml"));
     }
-    let mut message = String::from("there is no such scene file, nor a folder of that name in scenes/");
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut message =
+        format!("there is no such scene file, nor a folder of that name in {}", absolute.display());
+    if !folder.is_dir() {
+        message.push_str(
+            ", as that is no folder: names are looked for in the folder scenes/ where tyndall is started",
+        );
+    }
     if !known.is_empty() {
         message.push_str(&format!("; there: {}", known.join(", ")));
     }

@@ -79,12 +79,14 @@ impl Source {
     /// and, where a name is nearly right, say which was probably meant.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(&self.text).map_err(|e| {
-            let mut message = in_words(e.message());
-            if let Some(meant) = nearest_of_message(&message) {
-                message.push_str(&format!("; did you mean `{meant}`?"));
-            }
+            let mut message = explained(e.message());
             match e.span() {
-                Some(span) => self.error(span, message),
+                Some(span) => {
+                    if let Some(name) = single_header(&message, self.text.get(span.start..).unwrap_or("")) {
+                        message.push_str(&format!("; there may be several: write `[[{name}]]`"));
+                    }
+                    self.error(span, message)
+                }
                 None => Error::file(&self.path, message),
             }
         })
@@ -146,6 +148,24 @@ pub fn allowed(what: &str, name: &str, known: &[&str]) -> String {
     format!("known: {}{meant}", list.join(", "))
 }
 
+/// The name in a `[name]` that begins `text`, where one of `[[name]]` was expected.
+fn single_header<'a>(message: &str, text: &'a str) -> Option<&'a str> {
+    if !(message.starts_with("invalid type: table") && message.contains("expected an array")) {
+        return None;
+    }
+    let (name, _) = text.strip_prefix('[')?.split_once(']')?;
+    (!name.starts_with('[') && !name.contains('\n')).then(|| name.trim())
+}
+
+/// serde's words for what is wrong as someone who writes TOML would have them, and which name was probably meant.
+pub fn explained(message: &str) -> String {
+    let mut message = in_words(message);
+    if let Some(meant) = nearest_of_message(&message) {
+        message.push_str(&format!("; did you mean `{meant}`?"));
+    }
+    message
+}
+
 /// serde's words for what is wrong, in those of someone who writes TOML.
 fn in_words(message: &str) -> String {
     let mut message = message
@@ -168,7 +188,23 @@ fn in_words(message: &str) -> String {
 
 /// What others call a key, or what one expects it to be called, and what it is called here: no typing error would lead
 /// from one to the other.
-const OTHER_WORDS: [(&str, &str); 5] = [
+const OTHER_WORDS: [(&str, &str); 21] = [
+    ("cube", "box"),
+    ("cuboid", "box"),
+    ("plane", "rectangle"),
+    ("quad", "rectangle"),
+    ("disk", "disc"),
+    ("obj", "mesh"),
+    ("ply", "mesh"),
+    ("trianglemesh", "mesh"),
+    ("metal", "conductor"),
+    ("glass", "dielectric"),
+    ("lambert", "diffuse"),
+    ("lambertian", "diffuse"),
+    ("matte", "diffuse"),
+    ("envmap", "environment"),
+    ("hdri", "environment"),
+    ("sky", "environment"),
     ("medium", "interior"),
     ("bsdf", "material"),
     ("position", "origin"),

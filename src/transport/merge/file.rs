@@ -1,8 +1,10 @@
 //! What a user writes about merges: a table `merge` of an estimator, or `--merge KEY=VALUE` on the command line.
 
 use super::kernel::Kernel;
-use super::settings::{Beams, Continuation, Gather, MergeSettings, PathCount, Radius};
+use super::settings::{Beams, Continuation, Gather, MERGES, MergeSettings, PathCount, Radius};
 use crate::error::{Error, Result};
+use crate::scene::file::source::explained;
+use crate::transport::technique::{Technique, TechniqueSet};
 use serde::Deserialize;
 
 /// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, camera_continuation, direct, efficient,
@@ -125,8 +127,15 @@ impl MergeDef {
         toml::from_str(&text).map_err(|e| {
             let entry = e.span().and_then(|s| text.get(..s.start)).map_or(0, |t| t.matches('\n').count());
             let entry = entries.get(entry).map_or("", String::as_str);
-            Error::usage(format!("--merge {entry}: {}", e.message().trim().replace('\n', "; ")))
+            Error::usage(format!("--merge {entry}: {}", explained(e.message())))
         })
+    }
+
+    /// Techniques of which something is said though they are not in the set.
+    pub fn idle(&self, techniques: TechniqueSet) -> Vec<Technique> {
+        let said = [self.surf, self.pp3d, self.pb2d, self.bp2d, self.bb1d];
+        let said = MERGES.into_iter().zip(said).filter(|(_, def)| def.is_some());
+        said.map(|(technique, _)| technique).filter(|t| !techniques.has(*t)).collect()
     }
 
     /// What it comes to where the preset says `first`.
@@ -171,7 +180,9 @@ mod tests {
     #[test]
     fn nonsense_is_refused() {
         for (entry, words) in [
-            ("bb2d.radius=1", "unknown field"),
+            ("bb2d.radius=1", "unknown key `bb2d`"),
+            ("bb1d.radus=1", "did you mean `radius`?"),
+            ("sruf.radius=1", "did you mean `surf`?"),
             ("bb1d.radius='wide'", "expected metres"),
             ("surf.paths=-3", "expected a whole number"),
             ("kernel='gauss'", "unknown variant"),
