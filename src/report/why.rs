@@ -5,6 +5,7 @@ use super::context::{Context, Entry, SceneView, estimate};
 use super::markup::Markup;
 use super::montage::{Montage, Tile};
 use super::numbers::{percent, significant};
+use super::paper::Paper;
 use super::picture::Picture;
 use crate::experiment::results::{Estimate, Run, TechniqueShare};
 use crate::explain::{Largest, command, largest};
@@ -39,6 +40,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
     }
     let id = format!("{}-why", view.id);
     let mut figure = None;
+    let paper = context.paper();
     m.tag("section", &[("id", &id), ("class", &"why")], |m| {
         m.leaf("h3", &[], "Why");
         if !told.is_empty() {
@@ -50,7 +52,7 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
             m.region(&[("class", &"scroll")], &label, |m| m.tag("table", &[], |m| table(m, &told)),
             );
         }
-        figure = spread(m, view, &maps);
+        figure = spread(m, view, &maps, paper);
         if !samples.is_empty() {
             fireflies(m, context, view, &samples);
         }
@@ -179,7 +181,12 @@ fn mean_of(p: &[f32; 3]) -> f32 {
 
 /// A row of maps of variance, one of bias, and the variance of each technique, on common scales; the first two as a figure
 /// too.
-fn spread(m: &mut Markup, view: &SceneView, maps: &[(&Entry, LayeredImage)]) -> Option<String> {
+fn spread(
+    m: &mut Markup,
+    view: &SceneView,
+    maps: &[(&Entry, LayeredImage)],
+    paper: Option<Paper>,
+) -> Option<String> {
     let mut montage = Montage::new(format!("{}: variance and bias", view.scene.label), 170.0);
     let mut rows = 0;
     for (layer, title, signed) in [
@@ -217,7 +224,7 @@ fn spread(m: &mut Markup, view: &SceneView, maps: &[(&Entry, LayeredImage)]) -> 
     for (entry, file) in maps {
         techniques(m, view, entry, file);
     }
-    (rows > 0).then(|| montage.svg())
+    (rows > 0).then(|| montage.on(paper))
 }
 
 /// The variance that each technique's image has, pixel by pixel; folded.

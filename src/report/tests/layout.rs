@@ -31,8 +31,6 @@ fn figures(dir: &Path, count: usize, width_cm: f64, font_pt: Option<f64>) -> Vec
     let mut context = Context::new(dir, &r);
     page::page(&mut context);
     assert!(context.figures.len() >= 8, "{}", context.figures.len());
-    // That of `why` is laid out by its own rules.
-    context.figures.retain(|(name, _)| !name.ends_with("-spread"));
     context.figures
 }
 
