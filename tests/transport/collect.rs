@@ -88,3 +88,11 @@ pub fn trace_merges(scene: &Scene, pass: &Pass, pixels: &[UVec2]) -> Vec<Traced>
     }
     traced
 }
+
+/// The same of all pixels, for an iteration of `settings` that merges by `gathers`.
+pub fn trace_all_merges(scene: &Scene, settings: Settings, iteration: u64, gathers: Gathers) -> Vec<Traced> {
+    let size = scene.camera.size();
+    let pixels: Vec<UVec2> = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y))).collect();
+    let pass = Pass::new(settings, iteration, gathers, pixels.len() as u64, thinning(scene), starts(scene));
+    trace_merges(scene, &pass, &pixels)
+}

@@ -8,8 +8,7 @@ use glam::{Vec2, Vec3A};
 use tyndall::film::Image;
 use tyndall::math::{Stream, StreamKind};
 use tyndall::scene::Scene;
-use tyndall::transport::merge::settings::Continuation;
-use tyndall::transport::merge::{Beams, MergeSettings};
+use tyndall::transport::merge::MergeSettings;
 use tyndall::transport::technique::PRESETS;
 use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
@@ -22,9 +21,7 @@ fn weights_and_contributions_are_the_oracles() {
         let heuristic = [Heuristic::Balance, Heuristic::Power(2.0)][i % 2];
         let settings = crate::weights::settings(techniques, heuristic);
         let result = crate::weights::check("fibres", &scene, &settings, 2);
-        for (total, new) in seen.iter_mut().zip(result.by_technique) {
-            *total += new;
-        }
+        result.add_to(&mut seen);
     }
     println!("{seen:?}");
     for technique in TechniqueSet::of_connections().iter() {
@@ -35,26 +32,7 @@ fn weights_and_contributions_are_the_oracles() {
 /// Presets that merge, with short and long beams.
 #[test]
 fn weights_and_contributions_of_merges_are_the_oracles() {
-    let scene = scenes::load("fibres");
-    let mut seen = crate::merges::Seen::default();
-    for (i, names) in
-        ["upbp", "pb2d", "bb1d", "upbp,bp2d", "bp2d", "pp3d", "upbp,bp2d", "bb1d"].into_iter().enumerate()
-    {
-        let kind = |bit: usize| if i >> bit & 1 == 0 { Beams::Short } else { Beams::Long };
-        let merging = MergeSettings {
-            photon_beams: kind(0),
-            camera_beams: kind(1),
-            camera_continuation: Continuation::All(0.4),
-            ..MergeSettings::default()
-        };
-        let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };
-        let settings = Settings { heuristic, merging, max_length: 6, seed: 7, ..Settings::new(set(names)) };
-        crate::merges::check("fibres", &scene, settings, &mut seen);
-    }
-    for technique in [Technique::PointPoint, Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam]
-    {
-        assert!(seen.of(technique) > 20, "{technique:?}");
-    }
+    crate::merges::check_presets("fibres");
 }
 
 const FIBRES: &str = "phase = { fibres = { axis = [0.3, 1, -0.2], roughness = 0.25 } }";

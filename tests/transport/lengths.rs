@@ -1,13 +1,11 @@
 //! Every technique makes the paths of every length that is asked for, and no others.
 
-use crate::collect::{starts, thinning, trace_merges};
+use crate::collect::trace_all_merges;
 use crate::measure::{Means, render, runs};
 use crate::merges::gathers;
 use crate::scenes;
-use glam::UVec2;
 use tyndall::transport::expression::Expression;
 use tyndall::transport::merge::{Beams, MERGES, MergeSettings};
-use tyndall::transport::pass::Pass;
 use tyndall::transport::{Settings, Technique, TechniqueSet};
 
 /// The shortest path that a technique makes.
@@ -67,8 +65,6 @@ fn no_other_length_is_recorded() {
 #[test]
 fn merges_record_no_other_length() {
     let scene = scenes::load("fog");
-    let size = scene.camera.size();
-    let pixels: Vec<UVec2> = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y))).collect();
     for (beams, [shortest, longest]) in
         [(Beams::Short, [2, 6]), (Beams::Short, [3, 4]), (Beams::Long, [2, 3]), (Beams::Long, [4, 4])]
     {
@@ -78,10 +74,8 @@ fn merges_record_no_other_length() {
             merging: MergeSettings { photon_beams: beams, camera_beams: beams, ..MergeSettings::default() },
             ..Settings::new(TechniqueSet::all())
         };
-        let count = u64::from(size.x * size.y);
-        let pass = Pass::new(settings, 0, gathers(), count, thinning(&scene), starts(&scene));
         let mut seen = [[0; 7]; Technique::COUNT];
-        for traced in trace_merges(&scene, &pass, &pixels) {
+        for traced in trace_all_merges(&scene, settings, 0, gathers()) {
             let length = traced.sample.s + traced.sample.t - 1;
             assert!((shortest..=longest).contains(&length), "{beams:?} {:?}", traced.sample);
             seen[traced.sample.technique.index()][length as usize] += 1;
@@ -99,8 +93,6 @@ fn merges_record_no_other_length() {
 #[test]
 fn merges_keep_to_an_expression() {
     let scene = scenes::load("fog");
-    let size = scene.camera.size();
-    let pixels: Vec<UVec2> = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y))).collect();
     for (beams, expression, surfaces) in [
         (Beams::Short, "EM*L", 0),
         (Beams::Short, "EM*(S|D)M*L", 1),
@@ -113,10 +105,8 @@ fn merges_keep_to_an_expression() {
             merging: MergeSettings { photon_beams: beams, camera_beams: beams, ..MergeSettings::default() },
             ..Settings::new(TechniqueSet::all())
         };
-        let count = u64::from(size.x * size.y);
-        let pass = Pass::new(settings, 1, gathers(), count, thinning(&scene), starts(&scene));
         let mut seen = [0; Technique::COUNT];
-        for traced in trace_merges(&scene, &pass, &pixels) {
+        for traced in trace_all_merges(&scene, settings, 1, gathers()) {
             let met = traced.path.interior.iter().filter(|place| place.surface().is_some()).count();
             assert_eq!(met, surfaces, "{expression} {beams:?} {:?}", traced.sample);
             seen[traced.sample.technique.index()] += 1;

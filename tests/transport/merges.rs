@@ -1,6 +1,7 @@
 //! Rung 2 for merges: weights and contributions of merges, and of connections beside them, are those of the oracle.
 
-use crate::collect::{Traced, starts, thinning, trace_merges};
+use crate::collect::{Traced, starts, thinning, trace_all_merges, trace_merges};
+use crate::merging::set;
 use crate::oracle::judge;
 use crate::scenes;
 use glam::UVec2;
@@ -88,6 +89,30 @@ pub fn check(name: &str, scene: &Scene, settings: Settings, seen: &mut Seen) {
     }
 }
 
+/// Presets that merge, with short and long beams, in a scene of many media.
+pub fn check_presets(name: &str) {
+    let scene = scenes::load(name);
+    let mut seen = Seen::default();
+    for (i, names) in
+        ["upbp", "pb2d", "bb1d", "upbp,bp2d", "bp2d", "pp3d", "upbp,bp2d", "bb1d"].into_iter().enumerate()
+    {
+        let kind = |bit: usize| if i >> bit & 1 == 0 { Beams::Short } else { Beams::Long };
+        let merging = MergeSettings {
+            photon_beams: kind(0),
+            camera_beams: kind(1),
+            camera_continuation: Continuation::All(0.4),
+            ..MergeSettings::default()
+        };
+        let heuristic = if i % 3 == 2 { Heuristic::Power(2.0) } else { Heuristic::Balance };
+        let settings = Settings { heuristic, merging, max_length: 6, seed: 7, ..Settings::new(set(names)) };
+        check(name, &scene, settings, &mut seen);
+    }
+    for technique in [Technique::PointPoint, Technique::PointBeam, Technique::BeamPoint, Technique::BeamBeam]
+    {
+        assert!(seen.of(technique) > 20, "{name}: {technique:?}");
+    }
+}
+
 /// Every preset, and sets drawn at random, with short and long beams of either kind.
 fn cases() -> Vec<(TechniqueSet, bool)> {
     let mut cases: Vec<_> = PRESETS.iter().map(|p| (TechniqueSet::of(p.techniques), p.first)).collect();
@@ -140,13 +165,11 @@ fn nothing_is_merged_across_media() {
          [[light]]\npoint = { position = [0, 2, 0], intensity = 1 }\n",
     );
     let wide = Gathers { of: std::array::from_fn(|_| GatherNow { radius: 0.3, paths: 1000 }) };
-    let pixels: Vec<UVec2> = (0..24).flat_map(|y| (0..24).map(move |x| UVec2::new(x, y))).collect();
     let mut seen = [[0; 2]; Technique::COUNT];
     for beams in [Beams::Short, Beams::Long] {
         let merging = MergeSettings { photon_beams: beams, camera_beams: beams, ..MergeSettings::default() };
         let settings = Settings { merging, max_length: 5, ..Settings::new(TechniqueSet::all()) };
-        let pass = Pass::new(settings, 0, wide, 24 * 24, thinning(&scene), starts(&scene));
-        for traced in trace_merges(&scene, &pass, &pixels) {
+        for traced in trace_all_merges(&scene, settings, 0, wide) {
             let Some((i, Place::Medium(light))) = &traced.path.merged else { continue };
             let Place::Medium(camera) = &traced.path.interior[i - 1] else { panic!("{traced:?}") };
             assert_eq!(light.medium, camera.medium, "{:?} {beams:?}", traced.sample);

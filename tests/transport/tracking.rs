@@ -29,9 +29,7 @@ fn tracked_weights_are_the_oracles() {
         let settings =
             Settings { tracking: Tracking::Delta, ..crate::weights::settings(set(names), heuristic) };
         let result = crate::weights::check("smoke", &scene, &settings, 4);
-        for (total, new) in seen.iter_mut().zip(result.by_technique) {
-            *total += new;
-        }
+        result.add_to(&mut seen);
     }
     for technique in [Technique::Hit, Technique::NextEvent] {
         assert!(seen[technique.index()] > 100, "{technique:?}: {seen:?}");

@@ -47,6 +47,15 @@ pub struct Seen {
     pub by_technique: [usize; Technique::COUNT],
 }
 
+impl Seen {
+    /// Adds what was seen by technique to a total.
+    pub fn add_to(&self, total: &mut [usize; Technique::COUNT]) {
+        for (total, new) in total.iter_mut().zip(self.by_technique) {
+            *total += new;
+        }
+    }
+}
+
 pub fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) -> Seen {
     let beta = match settings.heuristic {
         Heuristic::Balance => 1.0,
@@ -114,9 +123,7 @@ fn weights_and_contributions_are_the_oracles() {
         for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.3)] {
             for techniques in TechniqueSet::connections() {
                 let result = check(name, &scene, &settings(techniques, heuristic), 1);
-                for (total, new) in seen.iter_mut().zip(result.by_technique) {
-                    *total += new;
-                }
+                result.add_to(&mut seen);
             }
         }
         for technique in TechniqueSet::of_connections().iter() {
