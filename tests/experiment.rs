@@ -304,15 +304,15 @@ fn a_damaged_block_is_rendered_again() {
 #[test]
 fn a_file_can_be_the_reference() {
     let bench = Bench::new();
-    bench.succeed("render small --spp 16 --seed 5 --out truth.exr");
+    bench.succeed("render small --spp 6 --seed 5 --out truth.exr");
     let text = EXPERIMENT.replace("preset = \"bpt\"\nspp = 24", "file = \"truth.exr\"");
     bench.write("experiment.toml", &text);
     bench.succeed("run experiment.toml");
     let results = results(&bench);
     let reference = results.scenes[0].reference.as_ref().unwrap();
-    assert_eq!(reference.spp, Some(16));
+    assert_eq!(reference.spp, Some(6));
     let warned = |part: &str| results.cells.iter().any(|c| c.warnings.iter().any(|w| w.contains(part)));
-    assert!(warned("the reference's own noise"), "16 spp are no reference for 4");
+    assert!(warned("the reference's own noise"), "6 spp are no reference for 4");
     bench.refuse("run experiment.toml --out again --set size=[48,32]", &["truth.exr", "24x16", "48x32"]);
 }
 

@@ -1,7 +1,7 @@
 //! Triangle meshes.
 
 use super::aabb::Aabb;
-use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DVec3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// A mesh of triangles. Counter-clockwise seen from outside.
 #[derive(Clone, Debug)]
@@ -84,6 +84,20 @@ impl TriangleMesh {
         square.expect("a square has an area")
     }
 
+    /// The square 0 ≤ x, y ≤ 1 at z = 0, outside towards +z, which are also its texture coordinates.
+    pub fn unit_square() -> Self {
+        Self::parallelogram(Vec3::ZERO, Vec3::X, Vec3::Y).expect("a square has an area")
+    }
+
+    /// The cube 0 ≤ x, y, z ≤ 1, otherwise as [`Self::cube`].
+    pub fn unit_cube() -> Self {
+        let mut cube = Self::cube();
+        for p in &mut cube.positions {
+            *p = (*p + Vec3::ONE) * 0.5;
+        }
+        cube
+    }
+
     /// The cube −1 ≤ x, y, z ≤ 1, outside outwards; each face has texture coordinates from (0, 0) to (1, 1).
     pub fn cube() -> Self {
         let (mut positions, mut uvs, mut indices) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,11 +117,14 @@ impl TriangleMesh {
         Self::new(positions, None, Some(uvs), indices).expect("a cube has an area")
     }
 
-    /// The same mesh elsewhere. The outside stays the outside, also under a reflection.
+    /// The same mesh elsewhere. The outside stays the outside, also under a reflection. Squares and cubes become exact
+    /// parallelograms, which are faster to test than triangles: the transform is rounded, by at most two units in the
+    /// last place of the mesh's coordinates, so that the corners need no rounding any more.
     ///
     /// # Errors
     /// A message where no triangle has an area or a finite position any more.
     pub fn transformed(mut self, transform: &Affine3A) -> Result<Self, String> {
+        let transform = &self.rounded(transform);
         for p in &mut self.positions {
             *p = transform.transform_point3(*p);
         }
@@ -125,6 +142,22 @@ impl TriangleMesh {
         let dropped = self.dropped;
         let mesh = Self::new(self.positions, self.normals, self.uvs, self.indices)?;
         Ok(Self { dropped: dropped + mesh.dropped, ..mesh })
+    }
+
+    /// The transform on a grid of what f32 can hold, where all coordinates of this mesh are −1, 0 or 1.
+    fn rounded(&self, transform: &Affine3A) -> Affine3A {
+        let is_unit = |x: f32| x == 0.0 || x.abs() == 1.0;
+        if !self.positions.iter().all(|p| p.to_array().into_iter().all(is_unit)) {
+            return *transform;
+        }
+        // A bound on all sums of a column of the matrix each and the translation.
+        let size = self.positions.iter().fold(Vec3::ZERO, |size, p| size.max(p.abs()));
+        let columns = transform.matrix3.to_cols_array_2d().map(Vec3A::from);
+        let reach = columns.iter().zip(size.to_array()).map(|(c, used)| c.abs() * used).sum::<Vec3A>()
+            + transform.translation.abs();
+        let round = |v: Vec3A| Vec3A::from_array(std::array::from_fn(|a| to_grid(v[a], reach[a])));
+        let [x, y, z] = columns.map(round);
+        Affine3A { matrix3: Mat3A::from_cols(x, y, z), translation: round(transform.translation) }
     }
 
     /// The same mesh without its shading normals: flat triangles.
@@ -193,6 +226,13 @@ impl TriangleMesh {
     pub(super) fn bounds(&self) -> Aabb {
         Aabb::of(self.indices.iter().flatten().map(|&i| self.positions[i as usize].into()))
     }
+}
+
+/// `x` as a multiple of the unit in the last place of `reach`.
+fn to_grid(x: f32, reach: f32) -> f32 {
+    // All bits of the exponent alone: a power of two, of which a 2²³rd part is that unit.
+    let unit = f32::from_bits(reach.to_bits() & 0x7f80_0000) * 2f32.powi(-23);
+    if unit.is_normal() { (x / unit).round_ties_even() * unit } else { x }
 }
 
 /// Twice a triangle's area vector.

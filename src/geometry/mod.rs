@@ -15,6 +15,7 @@ mod facing;
 mod lathe;
 pub mod load;
 mod mesh;
+mod parallelogram;
 mod quadric;
 mod ray;
 mod sample;
@@ -34,7 +35,8 @@ pub use shape::{Hit, ShapeDesc, SurfacePoint};
 pub use stats::{ShapeKind, ShapeStats};
 
 use bvh::{Bvh, Leaf, Primitive};
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
+use parallelogram::{Parallelogram, There};
 use quadric::{Disc, Sphere};
 use sample::Facets;
 use std::sync::OnceLock;
@@ -88,10 +90,7 @@ impl Geometry {
                 ShapeDesc::Disc { centre, normal, radius } => {
                     primitives.push((Primitive::Disc(Disc { centre, normal, radius }), first));
                 }
-                ShapeDesc::Mesh(ref mesh) => primitives.extend(
-                    (0..mesh.indices().len())
-                        .map(|i| (Primitive::Triangle(mesh.corners(i)), first + i as u32)),
-                ),
+                ShapeDesc::Mesh(ref mesh) => add_mesh(primitives, mesh, first),
             }
             let area = desc.area() as f32;
             list.push(Shape {
@@ -135,7 +134,17 @@ impl Geometry {
             Leaf::Block(i) => {
                 let block = &bvh.blocks[i];
                 let prim = block.prim[found.lane & 3];
-                self.triangle(prim, block.corners(found.lane), found.barycentric)
+                let p = shape::triangle_point(block.corners(found.lane), found.at);
+                self.on_triangle(prim, found.at, p)
+            }
+            Leaf::Parallelograms(i) => {
+                let There { prim, barycentric, p, flat } = bvh.parallelograms[i].place(found.lane, found.at);
+                match flat {
+                    Some((ng, uv)) => {
+                        SurfacePoint { p, ng, ns: ng, uv, shape: self.shape_of[prim as usize], prim }
+                    }
+                    None => self.on_triangle(prim, barycentric, p),
+                }
             }
             Leaf::Sphere(i) => {
                 let (sphere, prim) = &bvh.spheres[i];
@@ -155,15 +164,13 @@ impl Geometry {
         self.walls.any(ray)
     }
 
-    /// The point of triangle `prim` at barycentric coordinates `b`.
+    /// The point of triangle `prim` at barycentric coordinates `b`, which is at `p`.
     #[inline]
-    fn triangle(&self, prim: u32, corners: [glam::Vec3; 3], b: glam::Vec2) -> SurfacePoint {
+    fn on_triangle(&self, prim: u32, b: Vec2, p: Vec3A) -> SurfacePoint {
         let id = self.shape_of[prim as usize];
         let shape = &self.shapes[id as usize];
         match &shape.desc {
-            ShapeDesc::Mesh(mesh) => {
-                shape::mesh_point(mesh, (prim - shape.first) as usize, corners, b, id, prim)
-            }
+            ShapeDesc::Mesh(mesh) => shape::mesh_point(mesh, (prim - shape.first) as usize, (b, p), id, prim),
             ShapeDesc::Sphere { .. } | ShapeDesc::Disc { .. } => unreachable!("triangles belong to meshes"),
         }
     }
@@ -226,5 +233,20 @@ impl Geometry {
     /// Memory of the acceleration structures, with the triangles in them, in bytes.
     pub fn acceleration_bytes(&self) -> usize {
         self.walls.bytes() + self.boundaries.bytes()
+    }
+}
+
+/// A mesh's primitives, of which `first` is the index of the first triangle.
+fn add_mesh(primitives: &mut Vec<(Primitive, u32)>, mesh: &TriangleMesh, first: u32) {
+    let mut i = 0;
+    while i < mesh.indices().len() {
+        let index = first + i as u32;
+        if let Some(whole) = Parallelogram::of(mesh, i) {
+            primitives.push((Primitive::Parallelogram(whole), index));
+            i += 2;
+        } else {
+            primitives.push((Primitive::Triangle(mesh.corners(i)), index));
+            i += 1;
+        }
     }
 }

@@ -51,9 +51,10 @@ pub fn offset_origin(p: Vec3A, n: Vec3A, dir: Vec3A) -> Vec3A {
 pub fn shadow_ray(p0: Vec3A, n0: Option<Vec3A>, p1: Vec3A, n1: Option<Vec3A>) -> Ray {
     let towards = p1 - p0;
     let origin = n0.map_or(p0, |n| offset_origin(p0, n, towards));
-    // The rounded direction misses the far end by up to 2⁻²³ of the distance: so much more room is needed there.
+    // The rounded direction misses the far end by up to 2⁻²³ of the distance: so much more room is needed there. The sum of
+    // the coordinates is no less than the distance, and takes no square root.
     let end = n1.map_or(p1, |n| {
-        let distance = OFFSET * (p1.abs().dot(n.abs()) + towards.length());
+        let distance = OFFSET * (p1.abs().dot(n.abs()) + towards.abs().element_sum());
         p1 - n * distance.copysign(n.dot(towards))
     });
     let segment = end - origin;

@@ -1,6 +1,7 @@
 //! Points drawn on shapes.
 
 use super::facing::Facing;
+use super::parallelogram::{self, Parallelogram};
 use super::quadric::{Disc, Sphere};
 use super::{Geometry, Shape, ShapeDesc, SurfacePoint, TriangleMesh};
 use crate::math::{Discrete, warp};
@@ -36,8 +37,8 @@ impl Geometry {
                 disc.point(disc.sample_area(u), shape, s.first)
             }
             ShapeDesc::Mesh(ref mesh) => {
-                let (i, _, b) = s.sample_triangle(mesh, u);
-                self.triangle(s.first + i as u32, mesh.corners(i), b)
+                let (i, facet, b) = s.sample_triangle(mesh, u);
+                self.on_triangle(s.first + i as u32, b, facet.point(b))
             }
         }
     }
@@ -56,6 +57,9 @@ impl Geometry {
                 (disc.place(disc.sample_area(u)), s.first)
             }
             ShapeDesc::Mesh(ref mesh) => {
+                if let Some(whole) = &s.facets(mesh).whole {
+                    return whole.place(s.first, u);
+                }
                 let (i, facet, b) = s.sample_triangle(mesh, u);
                 ((facet.point(b), facet.ng), s.first + i as u32)
             }
@@ -90,6 +94,9 @@ impl Geometry {
             ShapeDesc::Sphere { .. } => return self.sample_sphere_toward(shape, from, u),
             ShapeDesc::Mesh(ref mesh) => {
                 let facets = s.facets(mesh);
+                if let Some(whole) = &facets.whole {
+                    return Some((whole.place(s.first, u), s.inv_area));
+                }
                 if let Some(facing) = &facets.facing {
                     let (i, rest, pdf) = facing.sample(from, both, u.x)?;
                     let facet = &facets.list[i];
@@ -171,6 +178,8 @@ pub(super) struct Facets {
     /// Which one, by area.
     picker: Discrete,
     list: Vec<Facet>,
+    /// Of a mesh that is one parallelogram.
+    whole: Option<Whole>,
     /// Where they face; `None` where all face the same way.
     facing: Option<Facing>,
 }
@@ -185,6 +194,33 @@ struct Facet {
     edges: [DVec3; 2],
 }
 
+/// A mesh that is one parallelogram.
+#[derive(Debug)]
+struct Whole {
+    /// Unit normal on the outside.
+    ng: Vec3A,
+    corner: DVec3,
+    edges: [DVec3; 2],
+    /// See [`Parallelogram::triangles`].
+    triangles: [u32; 2],
+}
+
+impl Whole {
+    fn of(p: &Parallelogram, facets: &[Facet]) -> Self {
+        let [corner, second, third] = p.corners.map(|c| c.as_dvec3());
+        let edges = [second - corner, third - corner];
+        Self { ng: facets[p.triangles[0]].ng, corner, edges, triangles: p.triangles.map(|i| i as u32) }
+    }
+
+    /// The point at the coordinates `u` along the edges; `first`: the first of its primitives.
+    #[inline]
+    fn place(&self, first: u32, u: Vec2) -> Place {
+        let p = self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y);
+        let prim = first + self.triangles[usize::from(u.y > u.x)];
+        Place { p: p.as_vec3a(), ng: self.ng, prim }
+    }
+}
+
 impl Facets {
     fn of(mesh: &TriangleMesh) -> Option<Self> {
         let count = mesh.indices().len();
@@ -193,7 +229,9 @@ impl Facets {
             let [a, b, c] = mesh.corners(i).map(|v| v.as_dvec3());
             Facet { ng: mesh.facet(i), corner: a, edges: [b - a, c - a] }
         });
-        Some(Self { picker, list: list.collect(), facing: Facing::of(mesh) })
+        let list: Vec<_> = list.collect();
+        let whole = Parallelogram::of(mesh, 0).filter(|_| count == 2).map(|p| Whole::of(&p, &list));
+        Some(Self { picker, list, whole, facing: Facing::of(mesh) })
     }
 }
 
@@ -216,6 +254,11 @@ impl Shape {
     #[inline]
     fn sample_triangle(&self, mesh: &TriangleMesh, u: Vec2) -> (usize, &Facet, Vec2) {
         let facets = self.facets(mesh);
+        if let Some(whole) = &facets.whole {
+            let (k, b) = parallelogram::split(u);
+            let i = whole.triangles[k & 1] as usize;
+            return (i, &facets.list[i], b);
+        }
         let (i, rest) = facets.picker.sample(u.x);
         (i, &facets.list[i], warp::uniform_triangle(Vec2::new(rest, u.y)))
     }

@@ -160,17 +160,16 @@ pub(super) fn triangle_point(corners: [Vec3; 3], b: Vec2) -> Vec3A {
     (a + (b1 - a) * f64::from(b.x) + (b2 - a) * f64::from(b.y)).as_vec3a()
 }
 
-/// The point of a mesh's triangle, whose `corners` are at hand, with all that belongs to it.
+/// The point of a mesh's triangle at barycentric coordinates `b`, which is at `p`, with all that belongs to it.
 #[inline]
 pub(super) fn mesh_point(
     mesh: &TriangleMesh,
     triangle: usize,
-    corners: [Vec3; 3],
-    b: Vec2,
+    (b, p): (Vec2, Vec3A),
     shape: u32,
     prim: u32,
 ) -> SurfacePoint {
-    let (p, ng) = (triangle_point(corners, b), mesh.facet(triangle));
+    let ng = mesh.facet(triangle);
     let (ns, uv) = mesh.attributes(triangle, b);
     let ns = match ns.and_then(Vec3A::try_normalize) {
         Some(ns) if ns.dot(ng) >= 0.0 => ns,

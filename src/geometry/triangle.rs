@@ -24,7 +24,7 @@ pub(super) struct Block {
 
 /// The plane of a triangle: n·p = d, with n of unit length.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+pub(super) struct Plane {
     n: DVec3,
     d: f64,
 }
@@ -73,7 +73,7 @@ impl Block {
     pub(super) fn new(triangles: &[([Vec3; 3], u32)]) -> Self {
         let mut axis = [[Vec4::NAN; 3]; 3];
         let mut prim = [u32::MAX; LANES];
-        let mut plane = [Plane { n: DVec3::NAN, d: f64::NAN }; LANES];
+        let mut plane = [Plane::NOWHERE; LANES];
         for (lane, (corners, p)) in triangles.iter().enumerate() {
             for (a, rows) in axis.iter_mut().enumerate() {
                 for (row, corner) in rows.iter_mut().zip(corners) {
@@ -81,8 +81,7 @@ impl Block {
                 }
             }
             prim[lane] = *p;
-            let n = cross(*corners).normalize();
-            plane[lane] = Plane { n, d: n.dot(corners[0].as_dvec3()) };
+            plane[lane] = Plane::of(*corners);
         }
         Self { axis, prim, plane }
     }
@@ -175,23 +174,38 @@ fn exact_edges(x: [f32; 3], y: [f32; 3]) -> Option<[f32; 3]> {
 }
 
 /// Where a ray meets a plane, as a quotient: whether it counts is known long before the quotient is.
-struct Crossing {
-    height: f64,
-    rate: f64,
+pub(super) struct Crossing {
+    pub height: f64,
+    pub rate: f64,
 }
 
 impl Crossing {
     /// Along the ray (metres).
     #[inline(always)]
-    fn distance(&self) -> f32 {
+    pub(super) fn distance(&self) -> f32 {
         (self.height / self.rate) as f32
     }
 }
 
 impl Plane {
+    /// No ray meets it.
+    pub(super) const NOWHERE: Self = Self { n: DVec3::NAN, d: f64::NAN };
+
+    /// Through the corners of a triangle that has an area.
+    pub(super) fn of(corners: [Vec3; 3]) -> Self {
+        let n = cross(corners).normalize();
+        Self { n, d: n.dot(corners[0].as_dvec3()) }
+    }
+
+    /// Of unit length.
+    #[inline]
+    pub(super) fn normal(&self) -> DVec3 {
+        self.n
+    }
+
     /// Where a ray meets the plane, if in (0, `limit`). An origin in the plane to the last bits of f64 does not hit it.
     #[inline(always)]
-    fn crossing(&self, ray: &Ray, limit: f32) -> Option<Crossing> {
+    pub(super) fn crossing(&self, ray: &Ray, limit: f32) -> Option<Crossing> {
         let rate = ray.dir.as_dvec3().dot(self.n);
         let origin = ray.origin.as_dvec3() * self.n;
         let height = self.d - (origin.x + origin.y + origin.z);

@@ -296,14 +296,19 @@ pub fn walk<const VOID: bool, V: Visitor>(
                 return;
             }
         };
-        let Some(vertex) = arrive(scene, pass, &flight, place, &arrival, visitor) else { return };
-        visitor.vertex(&vertex, &flight, random);
-        if vertex.length == max_length {
+        let rate = place.rate(scene, flight.ray.dir);
+        let own = arrival.passage.density(rate);
+        // No light comes through.
+        if own <= 0.0 {
             return;
         }
-        match leave(scene, pass, &vertex, random, visitor) {
-            Some(next) if visitor.goes_on(&next) => flight = next,
-            _ => return,
+        let vertex = arrive(scene, pass, &flight, place, (rate, own), &arrival, visitor);
+        visitor.vertex(&vertex, &flight, random);
+        if vertex.length == max_length
+            || !leave(scene, pass, &vertex, random, visitor, &mut flight)
+            || !visitor.goes_on(&flight)
+        {
+            return;
         }
     }
 }
@@ -395,22 +400,18 @@ impl Flight {
     }
 }
 
-/// The vertex that a flight ends in. `None` where no light comes through.
+/// The vertex that a flight ends in, with its rate (see [`Place::rate`]) and the free-flight factor.
 #[inline]
 fn arrive<V: Visitor>(
     scene: &Scene,
     pass: &Pass,
     flight: &Flight,
     place: Place,
+    (rate, own): (Rgb, f32),
     arrival: &Arrival,
     visitor: &V,
-) -> Option<Vertex> {
+) -> Vertex {
     let passage = &arrival.passage;
-    let rate = place.rate(scene, flight.ray.dir);
-    let own = passage.density(rate);
-    if own <= 0.0 {
-        return None;
-    }
     let length = flight.length + 1;
     let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
     let at = (rate, place.cosine(flight.ray.dir));
@@ -419,7 +420,7 @@ fn arrive<V: Visitor>(
         Place::Surface(point) => (scene.solids.outside_index(point.shape, &arrival.inside), 0.0),
         Place::Medium(_) => (0.0, beam),
     };
-    Some(Vertex {
+    Vertex {
         place,
         to_previous: -flight.ray.dir,
         throughput: flight.throughput * (passage.transmittance / own),
@@ -429,10 +430,10 @@ fn arrive<V: Visitor>(
         length,
         trail: flight.trail,
         outside,
-    })
+    }
 }
 
-/// Samples how the subpath goes on; `None` where it is absorbed.
+/// Samples how the subpath goes on, `next`; false where it is absorbed, and then that is left as it is.
 #[inline]
 fn leave<V: Visitor>(
     scene: &Scene,
@@ -440,10 +441,11 @@ fn leave<V: Visitor>(
     vertex: &Vertex,
     random: &mut Stream,
     visitor: &V,
-) -> Option<Flight> {
+    next: &mut Flight,
+) -> bool {
     match &vertex.place {
-        Place::Surface(point) => leave_surface(scene, pass, vertex, point, random, visitor),
-        Place::Medium(collision) => leave_collision(scene, pass, vertex, collision, random, visitor),
+        Place::Surface(point) => leave_surface(scene, pass, vertex, point, random, visitor, next),
+        Place::Medium(collision) => leave_collision(scene, pass, vertex, collision, random, visitor, next),
     }
 }
 
@@ -461,24 +463,25 @@ fn leave_surface<V: Visitor>(
     point: &SurfacePoint,
     random: &mut Stream,
     visitor: &V,
-) -> Option<Flight> {
+    next: &mut Flight,
+) -> bool {
     let from = vertex.to_previous;
     if !consistent(point, from) {
-        return None;
+        return false;
     }
     let material: &Material = scene.material(point.shape);
     let continuation = material.continuation(point.uv);
     if !survives(continuation, random) {
-        return None;
+        return false;
     }
     let frame = Frame::from_normal(point.ns);
     let local_from = frame.to_local(from);
     let u = (random.next_1d(), random.next_2d());
     let site = Site { uv: point.uv, outside: vertex.outside };
-    let sample = material.sample(site, local_from, V::MODE, u)?;
+    let Some(sample) = material.sample(site, local_from, V::MODE, u) else { return false };
     let dir = frame.to_world(sample.to).normalize();
     if !consistent(point, dir) {
-        return None;
+        return false;
     }
     let cosine = dir.dot(point.ng).abs();
     let adjoint = match V::MODE {
@@ -488,7 +491,7 @@ fn leave_surface<V: Visitor>(
     };
     let back = pass.raise(continuation * sample.pdf_rev);
     let label = if sample.specular { Label::Specular } else { Label::Surface };
-    Some(Flight {
+    *next = Flight {
         ray: point.spawn(dir),
         from: point.p,
         skipped: 0.0,
@@ -503,7 +506,8 @@ fn leave_surface<V: Visitor>(
         sum: vertex.link.leave(sample.specular, vertex.merges(pass, V::MODE, dir), back),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, label),
-    })
+    };
+    true
 }
 
 #[inline]
@@ -514,18 +518,19 @@ fn leave_collision<V: Visitor>(
     collision: &Collision,
     random: &mut Stream,
     visitor: &V,
-) -> Option<Flight> {
+    next: &mut Flight,
+) -> bool {
     let medium = &scene.media[collision.medium as usize];
     let indexed = (collision.medium, medium);
     let continuation = pass.continuation(V::MODE, indexed, &collision.coefficients);
     if !survives(continuation, random) {
-        return None;
+        return false;
     }
     let u = (random.next_1d(), random.next_2d());
     let PhaseSample { to: dir, pdf: phase, reverse: phase_back, weight } =
         medium.sample_phase(collision.p, vertex.to_previous, u);
     let reverse = pass.continuation(other(V::MODE), indexed, &collision.coefficients) * phase_back;
-    Some(Flight {
+    *next = Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
         skipped: 0.0,
@@ -540,5 +545,6 @@ fn leave_collision<V: Visitor>(
         sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(reverse)),
         length: vertex.length,
         trail: visitor.extend(vertex.trail, Label::Medium),
-    })
+    };
+    true
 }

@@ -61,7 +61,7 @@ fn an_absorbing_slab_dims_exactly() {
     }
     let scene = slab(50.0, "");
     let exact = through(&scene, 0.5);
-    for (names, iterations, detectable) in [("pt", 16, 0.002), ("bpt", 32, 0.005), ("lt", 512, 0.01)] {
+    for (names, iterations, detectable) in [("pt", 16, 0.002), ("bpt", 48, 0.005), ("lt", 512, 0.01)] {
         let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
         means.assert_same(&Means::known(&exact), &format!("absorbing slab, {names}"), detectable);
     }
@@ -82,7 +82,7 @@ fn what_is_before_the_near_plane_is_not_there() {
                 rectangle = { corner = [-1, -1, 1], u = [2, 0, 0], v = [0, 2, 0] }\nmaterial = 'black'\n";
     let scene = slab_from(2.0, 50.0, wall);
     let exact = through(&scene, 0.3);
-    for (names, iterations, detectable) in [("hit", 16, 0.002), ("bpt", 32, 0.005), ("lens", 512, 0.01)] {
+    for (names, iterations, detectable) in [("hit", 16, 0.002), ("bpt", 48, 0.005), ("lens", 512, 0.01)] {
         let means = Means::of(&runs(&scene, &Settings::new(set(names)), 32, iterations));
         means.assert_same(&Means::known(&exact), &format!("from the near plane, {names}"), detectable);
     }

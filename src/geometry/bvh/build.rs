@@ -1,6 +1,7 @@
 //! From primitives to the tree.
 
 use super::super::aabb::Aabb;
+use super::super::parallelogram::{self, Parallelogram};
 use super::super::triangle::{Block, LANES};
 use super::{Bvh, Child, Node, Primitive};
 use glam::{Vec3, Vec3A, Vec4};
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 
 /// Expected cost of testing four boxes.
 const NODE_COST: f32 = 1.0;
-/// Expected cost of testing up to four triangles, beside that.
+/// Expected cost of testing up to four triangles or parallelograms, beside that.
 const BLOCK_COST: f32 = 1.3;
 /// Expected cost of testing a sphere or a disc, beside that.
 const ROUND_COST: f32 = 1.0;
@@ -29,8 +30,32 @@ struct Plan {
     apart: [bool; 3],
     /// As one subtree: a leaf.
     leaf: bool,
-    /// Triangles under it; more than [`LANES`] where there is something else.
+    under: Under,
+}
+
+/// What is under a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Under {
     triangles: u32,
+    parallelograms: u32,
+    /// Spheres and discs.
+    round: u32,
+}
+
+impl Under {
+    fn and(self, other: Self) -> Self {
+        Self {
+            triangles: self.triangles.saturating_add(other.triangles),
+            parallelograms: self.parallelograms.saturating_add(other.parallelograms),
+            round: self.round.saturating_add(other.round),
+        }
+    }
+
+    /// Whether one block has room for it: of triangles alone, or of parallelograms.
+    fn fits(self) -> bool {
+        let Self { triangles, parallelograms, round } = self;
+        round == 0 && (triangles == 0 || parallelograms == 0) && triangles.max(parallelograms) <= LANES as u32
+    }
 }
 
 struct Builder<'a> {
@@ -78,19 +103,22 @@ impl Bvh {
     /// The leaves alone, where there are no more than [`FLAT`].
     fn flat(primitives: &[(Primitive, u32)]) -> Option<Self> {
         let mut bvh = Self { flat: true, ..Self::default() };
-        let mut triangles = Vec::new();
+        let (mut triangles, mut parallelograms) = (Vec::new(), Vec::new());
         if primitives.len() > FLAT * LANES {
             return None;
         }
         for (primitive, index) in primitives {
             match *primitive {
                 Primitive::Triangle(corners) => triangles.push((corners, *index)),
+                Primitive::Parallelogram(p) => parallelograms.push((p, *index)),
                 Primitive::Sphere(s) => bvh.spheres.push((s, *index)),
                 Primitive::Disc(d) => bvh.discs.push((d, *index)),
             }
         }
         bvh.blocks = triangles.chunks(LANES).map(Block::new).collect();
-        (bvh.blocks.len() + bvh.spheres.len() + bvh.discs.len() <= FLAT).then_some(bvh)
+        bvh.parallelograms = parallelograms.chunks(LANES).map(parallelogram::Block::new).collect();
+        let leaves = bvh.blocks.len() + bvh.parallelograms.len() + bvh.spheres.len() + bvh.discs.len();
+        (leaves <= FLAT).then_some(bvh)
     }
 }
 
@@ -98,6 +126,7 @@ impl Primitive {
     fn bounds(&self) -> Aabb {
         match self {
             Self::Triangle(corners) => Aabb::of(corners.map(Vec3A::from)),
+            Self::Parallelogram(p) => Aabb::of(p.all_corners().map(Vec3A::from)),
             Self::Sphere(s) => {
                 Aabb { min: s.centre - Vec3A::splat(s.radius), max: s.centre + Vec3A::splat(s.radius) }
             }
@@ -138,14 +167,16 @@ impl Builder<'_> {
     fn plan_node(&self, n: usize) -> Plan {
         let area = self.tree.nodes[n].aabb().half_area();
         let Some([l, r]) = self.children(n) else {
-            let (cost, triangles) = match self.primitive(n).0 {
-                Primitive::Triangle(_) => (area * BLOCK_COST, 1),
-                _ => (area * ROUND_COST, LANES as u32 + 1),
+            let none = Under::default();
+            let (cost, under) = match self.primitive(n).0 {
+                Primitive::Triangle(_) => (BLOCK_COST, Under { triangles: 1, ..none }),
+                Primitive::Parallelogram(_) => (BLOCK_COST, Under { parallelograms: 1, ..none }),
+                Primitive::Sphere(_) | Primitive::Disc(_) => (ROUND_COST, Under { round: 1, ..none }),
             };
-            return Plan { cost: [cost; 4], leaf: true, triangles, ..Plan::default() };
+            return Plan { cost: [area * cost; 4], leaf: true, under, ..Plan::default() };
         };
         let (l, r) = (&self.plans[l], &self.plans[r]);
-        let mut plan = Plan { triangles: l.triangles.saturating_add(r.triangles), ..Plan::default() };
+        let mut plan = Plan { under: l.under.and(r.under), ..Plan::default() };
         let mut apart = [0.0; 3];
         for count in 2..=4 {
             let (cost, left) = (1..count)
@@ -158,7 +189,7 @@ impl Builder<'_> {
         let inner = area * NODE_COST + apart[2];
         let leaf = area * BLOCK_COST;
         // Costs of a scene whose areas are beyond f32 are infinite or NaN: then whatever fits is a leaf.
-        plan.leaf = plan.triangles <= LANES as u32 && (leaf <= inner || inner.is_nan());
+        plan.leaf = plan.under.fits() && (leaf <= inner || inner.is_nan());
         plan.cost[0] = if plan.leaf { leaf } else { inner };
         for (i, cost) in apart.into_iter().enumerate() {
             plan.apart[i] = cost < plan.cost[i];
@@ -219,6 +250,7 @@ impl Builder<'_> {
     /// Write the primitives under `n` as one leaf.
     fn leaf(&mut self, n: usize) -> Child {
         let mut triangles: Vec<([Vec3; 3], u32)> = Vec::with_capacity(LANES);
+        let mut parallelograms: Vec<(Parallelogram, u32)> = Vec::new();
         let mut stack = vec![n];
         while let Some(n) = stack.pop() {
             if let Some(children) = self.children(n) {
@@ -228,6 +260,7 @@ impl Builder<'_> {
             let (primitive, index) = self.primitive(n);
             match *primitive {
                 Primitive::Triangle(corners) => triangles.push((corners, *index)),
+                Primitive::Parallelogram(p) => parallelograms.push((p, *index)),
                 Primitive::Sphere(s) => {
                     let child = Child::new(Child::SPHERE, self.bvh.spheres.len());
                     let entry = (s, *index);
@@ -241,6 +274,10 @@ impl Builder<'_> {
                     return child;
                 }
             }
+        }
+        if triangles.is_empty() {
+            self.bvh.parallelograms.push(parallelogram::Block::new(&parallelograms));
+            return Child::new(Child::PARALLELOGRAMS, self.bvh.parallelograms.len() - 1);
         }
         self.bvh.blocks.push(Block::new(&triangles));
         Child::new(Child::BLOCK, self.bvh.blocks.len() - 1)

@@ -1,4 +1,5 @@
-//! The acceleration structure: a tree of four-way nodes over blocks of up to four triangles, spheres and discs.
+//! The acceleration structure: a tree of four-way nodes over blocks of up to four triangles or
+//! parallelograms, spheres and discs.
 //!
 //! obvhs builds a binary tree (parallel locally-ordered clustering, then reinsertion); [`build`] merges it into
 //! four-way nodes with the least expected cost, and [`traverse`] walks it with four boxes a step. Boxes are kept in
@@ -9,6 +10,7 @@ mod build;
 mod traverse;
 
 use super::aabb::Aabb;
+use super::parallelogram::{self, Parallelogram};
 use super::quadric::{Disc, Sphere};
 use super::slab::FourBoxes;
 use super::triangle::Block;
@@ -17,28 +19,32 @@ use glam::{Vec2, Vec3};
 /// A primitive to build over.
 pub(super) enum Primitive {
     Triangle([Vec3; 3]),
+    /// Two triangles, that of the primitive's index and the next.
+    Parallelogram(Parallelogram),
     Sphere(Sphere),
     Disc(Disc),
 }
 
-/// What a child of a node is: two bits of kind, then an index.
+/// What a child of a node is: three bits of kind, then an index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
 /// A child, taken apart.
 pub(super) enum Leaf {
     Block(usize),
+    Parallelograms(usize),
     Sphere(usize),
     Disc(usize),
 }
 
-const INDEX_BITS: u32 = 30;
+const INDEX_BITS: u32 = 29;
 
 impl Child {
     const NODE: u32 = 0;
     const BLOCK: u32 = 1;
     const SPHERE: u32 = 2;
     const DISC: u32 = 3;
+    const PARALLELOGRAMS: u32 = 4;
     const NONE: Self = Self(0);
 
     #[inline]
@@ -62,6 +68,7 @@ impl Child {
     pub(super) fn leaf(self) -> Leaf {
         match self.kind() {
             Self::BLOCK => Leaf::Block(self.index()),
+            Self::PARALLELOGRAMS => Leaf::Parallelograms(self.index()),
             Self::SPHERE => Leaf::Sphere(self.index()),
             _ => Leaf::Disc(self.index()),
         }
@@ -83,8 +90,8 @@ pub(super) struct Found {
     pub t: f32,
     pub child: Child,
     pub lane: usize,
-    /// Of a triangle: barycentric coordinates of the second and third corner.
-    pub barycentric: Vec2,
+    /// Of a triangle: barycentric coordinates of the second and third corner; of a parallelogram s and t.
+    pub at: Vec2,
 }
 
 /// The tree with its primitives.
@@ -92,6 +99,7 @@ pub(super) struct Found {
 pub(super) struct Bvh {
     nodes: Vec<Node>,
     pub blocks: Vec<Block>,
+    pub parallelograms: Vec<parallelogram::Block>,
     pub spheres: Vec<(Sphere, u32)>,
     pub discs: Vec<(Disc, u32)>,
     /// Entries that the stack of a traversal can come to hold.
@@ -106,6 +114,7 @@ impl Bvh {
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.nodes)
             + size_of_val(&*self.blocks)
+            + size_of_val(&*self.parallelograms)
             + size_of_val(&*self.spheres)
             + size_of_val(&*self.discs)
     }
@@ -126,6 +135,9 @@ mod tests {
             let mut t = ray.t_max;
             for block in &self.blocks {
                 t = block.hit::<false>(ray, &shear, t).map_or(t, |h| h.0);
+            }
+            for block in &self.parallelograms {
+                t = block.hit::<false>(ray, t).map_or(t, |h| h.0);
             }
             for (sphere, _) in &self.spheres {
                 t = sphere.hit(line, f64::from(t)).map_or(t, |h| h as f32);

@@ -28,14 +28,14 @@ impl Bvh {
     /// What the ray meets first.
     #[inline]
     pub(in super::super) fn closest(&self, ray: &Ray) -> Option<Found> {
-        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, barycentric: Vec2::ZERO };
+        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, at: Vec2::ZERO };
         self.walk::<false>(ray, &mut found).then_some(found)
     }
 
     /// Whether the ray meets anything.
     #[inline]
     pub(in super::super) fn any(&self, ray: &Ray) -> bool {
-        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, barycentric: Vec2::ZERO };
+        let mut found = Found { t: ray.t_max, child: Child::NONE, lane: 0, at: Vec2::ZERO };
         self.walk::<true>(ray, &mut found)
     }
 
@@ -68,6 +68,16 @@ impl Bvh {
             if ANY && any {
                 return true;
             }
+        }
+        for (i, block) in self.parallelograms.iter().enumerate() {
+            let child = Child::new(Child::PARALLELOGRAMS, i);
+            any |= Self::take(block.hit::<ANY>(ray, found.t), child, found);
+            if ANY && any {
+                return true;
+            }
+        }
+        if self.blocks.is_empty() {
+            return any;
         }
         let shear = Shear::new(ray);
         for (i, block) in self.blocks.iter().enumerate() {
@@ -135,6 +145,7 @@ impl Bvh {
     fn test<const ANY: bool>(&self, child: Child, ray: &Ray, shear: &Shear, found: &mut Found) -> bool {
         let hit = match child.leaf() {
             Leaf::Block(i) => self.blocks[i].hit::<ANY>(ray, shear, found.t),
+            Leaf::Parallelograms(i) => self.parallelograms[i].hit::<ANY>(ray, found.t),
             Leaf::Sphere(i) => round(&self.spheres[i].0, ray, found.t),
             Leaf::Disc(i) => flat(&self.discs[i].0, ray, found.t),
         };
@@ -144,8 +155,8 @@ impl Bvh {
     /// Keeps a hit; whether there was one.
     #[inline(always)]
     fn take(hit: Option<(f32, usize, Vec2)>, child: Child, found: &mut Found) -> bool {
-        if let Some((t, lane, barycentric)) = hit {
-            *found = Found { t, child, lane, barycentric };
+        if let Some((t, lane, at)) = hit {
+            *found = Found { t, child, lane, at };
         }
         hit.is_some()
     }

@@ -1,13 +1,14 @@
 //! Tests of whole queries, of the offsets of rays, of sampling, and of shapes under transforms.
 
 mod offsets;
+mod parallelograms;
 mod queries;
 mod sampling;
 mod shapes;
 
 use super::TriangleMesh;
 use crate::math::{Stream, StreamKind, warp};
-use glam::{Vec3, Vec3A};
+use glam::{Affine3A, Quat, Vec3, Vec3A};
 
 pub(super) fn stream(index: u64) -> Stream {
     Stream::new(11, 0, StreamKind::Other, index)
@@ -19,6 +20,13 @@ pub(super) fn direction(s: &mut Stream) -> Vec3A {
 
 pub(super) fn point(s: &mut Stream) -> Vec3A {
     Vec3A::new(s.next_1d(), s.next_1d(), s.next_1d()) * 2.0 - Vec3A::ONE
+}
+
+/// To `centre`, turned anyhow, with half-axes of up to `scale`.
+pub(super) fn placed(s: &mut Stream, scale: f32, centre: Vec3A) -> Affine3A {
+    let turn = Quat::from_axis_angle(direction(s).into(), 6.0 * s.next_1d());
+    let size = Vec3::new(s.next_1d(), s.next_1d(), s.next_1d()) * 0.9 + Vec3::splat(0.1);
+    Affine3A::from_scale_rotation_translation(size * scale, turn, centre.into())
 }
 
 /// A closed mesh: a sphere with bumps, of 2·n·(n − 1)·2 triangles.

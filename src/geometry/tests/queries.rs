@@ -1,10 +1,10 @@
 //! Whole queries, against brute force and on closed meshes.
 
 use super::super::*;
-use super::{bumpy_sphere, direction, point, stream};
+use super::{bumpy_sphere, direction, placed, point, stream};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Random small triangles, spheres and discs within a cube of half-size `scale` about `centre`, some degenerate.
+/// Random small triangles, spheres, discs and boxes within a cube of half-size `scale` about `centre`, some degenerate.
 fn soup(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<ShapeDesc> {
     let mut s = stream(seed);
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
@@ -24,6 +24,11 @@ fn soup(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<ShapeDesc> {
         let normal = direction(&mut s);
         shapes.push(ShapeDesc::Disc { centre: centre + point(&mut s) * scale, normal, radius });
     }
+    for _ in 0..count / 16 {
+        let middle = centre + point(&mut s) * scale;
+        let place = placed(&mut s, 0.1 * scale, middle);
+        shapes.push(ShapeDesc::Mesh(TriangleMesh::cube().transformed(&place).unwrap()));
+    }
     shapes
 }
 
@@ -35,6 +40,7 @@ fn trees_of_immense_scenes_hold_all_primitives() {
         let count: usize = shapes.iter().map(ShapeDesc::primitives).sum();
         let walls = Geometry::build(shapes).walls;
         let triangles = walls.blocks.iter().flat_map(|b| b.prim).filter(|p| *p != u32::MAX).count();
+        let triangles = triangles + walls.parallelograms.iter().flat_map(|b| b.primitives()).count();
         assert_eq!(triangles + walls.spheres.len() + walls.discs.len(), count, "at {scale:e}");
     }
 }
@@ -212,7 +218,8 @@ fn hits_lie_on_the_surface_and_face_outwards() {
             }
             ShapeDesc::Disc { centre, normal, .. } => (p - centre.as_dvec3()).dot(normal.as_dvec3()),
             ShapeDesc::Mesh(mesh) => {
-                let corners = mesh.corners(point.prim as usize);
+                let first = geometry.shapes[point.shape as usize].first;
+                let corners = mesh.corners((point.prim - first) as usize);
                 let n = mesh::cross(corners).normalize();
                 assert!(n.distance(point.ng.as_dvec3()) < 1e-6);
                 (p - corners[0].as_dvec3()).dot(n)

@@ -7,9 +7,10 @@ use super::schema::{BoxDef, DiscDef, LatheDef, MeshDef, RectangleDef, ShapeDef, 
 use super::source::Span;
 use super::transform;
 use crate::error::Result;
+use crate::geometry::transform::is_singular;
 use crate::geometry::{ShapeDesc, TriangleMesh};
 use crate::light::{AreaLight, Light};
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use toml::Spanned;
 
 const DEFAULT_SEGMENTS: u32 = 64;
@@ -39,10 +40,10 @@ pub(super) fn build(
     let mut all = Shapes::default();
     for (i, spanned) in defs.iter().enumerate() {
         let def = spanned.get_ref();
-        let (kind, span, shape) = shape(context, spanned)?;
+        let Local { kind, span, shape, place } = local(context, spanned)?;
         let name = def.name.clone().unwrap_or_else(|| format!("{kind} {}", i + 1));
         let to_world = transform::compose(context.source, &def.transform)?;
-        let moved = shape.transformed(&to_world).map_err(|message| {
+        let moved = shape.transformed(&(to_world * place)).map_err(|message| {
             let place = def.transform.first().map_or(span.clone(), Spanned::span);
             context.source.error(place, format!("`{name}`: {message}"))
         })?;
@@ -91,8 +92,18 @@ fn material(
     }
 }
 
-/// The shape in its own coordinates, its kind, and where that stands.
-fn shape(context: &mut Context, def: &Spanned<ShapeDef>) -> Result<(&'static str, Span, ShapeDesc)> {
+/// A shape in its own coordinates.
+struct Local {
+    kind: &'static str,
+    /// Where it stands in the file.
+    span: Span,
+    shape: ShapeDesc,
+    /// What takes it to the place that the file says, before its transform. Of rectangles and boxes, which so are
+    /// transformed in one step (see [`TriangleMesh::transformed`]).
+    place: Affine3A,
+}
+
+fn local(context: &mut Context, def: &Spanned<ShapeDef>) -> Result<Local> {
     let ShapeDef { sphere, rectangle, disc, cuboid, mesh, lathe, .. } = def.get_ref();
     let keys = [
         ("sphere", sphere.is_some()),
@@ -103,14 +114,17 @@ fn shape(context: &mut Context, def: &Spanned<ShapeDef>) -> Result<(&'static str
         ("lathe", lathe.is_some()),
     ];
     let kind = context.exactly_one(def.span(), "shape", &keys)?;
+    let mut place = Affine3A::IDENTITY;
     let (span, shape) = if let Some(sphere) = sphere {
         (sphere.span(), ball(sphere.get_ref()))
     } else if let Some(rectangle) = rectangle {
-        (rectangle.span(), context.at(rectangle.span(), parallelogram(rectangle.get_ref()))?)
+        place = context.at(rectangle.span(), parallelogram(rectangle.get_ref()))?;
+        (rectangle.span(), ShapeDesc::Mesh(TriangleMesh::unit_square()))
     } else if let Some(disc) = disc {
         (disc.span(), context.at(disc.span(), round(disc.get_ref()))?)
     } else if let Some(cuboid) = cuboid {
-        (cuboid.span(), context.at(cuboid.span(), block(cuboid.get_ref()))?)
+        place = context.at(cuboid.span(), block(cuboid.get_ref()))?;
+        (cuboid.span(), ShapeDesc::Mesh(TriangleMesh::unit_cube()))
     } else if let Some(mesh) = mesh {
         (mesh.span(), from_file(context, mesh.get_ref())?)
     } else if let Some(lathe) = lathe {
@@ -118,16 +132,22 @@ fn shape(context: &mut Context, def: &Spanned<ShapeDef>) -> Result<(&'static str
     } else {
         return Err(context.source.error(def.span(), "this shape does not say what it is"));
     };
-    Ok((kind, span, shape))
+    Ok(Local { kind, span, shape, place })
 }
 
 fn ball(def: &SphereDef) -> ShapeDesc {
     ShapeDesc::Sphere { centre: def.center.map_or(Vec3A::ZERO, |c| c.0), radius: def.radius.get() }
 }
 
-fn parallelogram(def: &RectangleDef) -> Result<ShapeDesc, String> {
-    let mesh = TriangleMesh::parallelogram(def.corner.0.into(), def.u.0.into(), def.v.0.into());
-    mesh.map(ShapeDesc::Mesh).map_err(|_| "the rectangle has no area: `u` and `v` are parallel, or 0".into())
+/// What takes the unit square there.
+fn parallelogram(def: &RectangleDef) -> Result<Affine3A, String> {
+    let (u, v) = (def.u.0, def.v.0);
+    let normal = u.cross(v).normalize_or_zero();
+    let place = Affine3A { matrix3: Mat3A::from_cols(u, v, normal), translation: def.corner.0 };
+    if is_singular(&place) {
+        return Err("the rectangle has no area: `u` and `v` are parallel, or 0".into());
+    }
+    Ok(place)
 }
 
 fn round(def: &DiscDef) -> Result<ShapeDesc, String> {
@@ -136,16 +156,15 @@ fn round(def: &DiscDef) -> Result<ShapeDesc, String> {
     Ok(ShapeDesc::Disc { centre: def.center.map_or(Vec3A::ZERO, |c| c.0), normal, radius: def.radius.get() })
 }
 
-fn block(def: &BoxDef) -> Result<ShapeDesc, String> {
+/// What takes the unit cube there.
+fn block(def: &BoxDef) -> Result<Affine3A, String> {
     let (min, max) = (Vec3::from(def.min.0), Vec3::from(def.max.0));
     if !min.cmplt(max).all() {
         return Err(format!(
             "the box is flat or inside out: `min` {min} has to be below `max` {max} in each coordinate"
         ));
     }
-    let to_place =
-        Affine3A::from_scale_rotation_translation((max - min) * 0.5, glam::Quat::IDENTITY, (min + max) * 0.5);
-    Ok(ShapeDesc::Mesh(TriangleMesh::cube().transformed(&to_place)?))
+    Ok(Affine3A { matrix3: Mat3A::from_diagonal(max - min), translation: min.into() })
 }
 
 fn from_file(context: &mut Context, def: &MeshDef) -> Result<ShapeDesc> {
