@@ -1,6 +1,7 @@
 //! One estimator in one scene: its runs, their files and their numbers.
 
 use super::costs::{costs, file_name};
+use super::means::{MeanLayers, mean_of_maps};
 use super::measure::{CONFIDENCE, curve, estimate};
 use super::metrics::{Metric, relmse::EPSILON};
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
@@ -12,11 +13,10 @@ use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
 use super::work::{Got, Work, noise_in, without_noise};
 use crate::error::{Error, Result};
-use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
-use crate::film::{Film, Image, ScalarImage};
+use crate::film::{Image, ScalarImage};
 use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, origin, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
@@ -542,74 +542,4 @@ impl<'a> SceneContext<'a> {
 /// Whether a metric is computed at each checkpoint: a sum over pixels is quick, FLIP's filters are not.
 fn is_quick(metric: Metric) -> bool {
     !matches!(metric, Metric::Flip | Metric::LdrFlip)
-}
-
-fn mean_of_maps(maps: &BTreeMap<String, ScalarImage>) -> LayeredImage {
-    let image = |map: &ScalarImage| Image {
-        width: map.width,
-        height: map.height,
-        pixels: map.values.iter().map(|v| [*v; 3]).collect(),
-    };
-    let layers: Vec<exr::Layer> =
-        maps.iter().map(|(key, map)| exr::Layer { name: key.clone(), image: image(map) }).collect();
-    let (width, height) = (layers[0].image.width, layers[0].image.height);
-    LayeredImage { width, height, origin: [0, 0], full_size: [width, height], layers, metadata: Vec::new() }
-}
-
-/// Layers of several runs, added up.
-#[derive(Default)]
-struct MeanLayers {
-    runs: u32,
-    /// The first run's, for all but the pixels.
-    shape: Option<LayeredImage>,
-    sums: Vec<Vec<[f64; 3]>>,
-    /// Of each layer of mean weights, by its name: sum of the weights and number of samples, pixel by pixel.
-    weights: BTreeMap<String, Vec<[f64; 2]>>,
-}
-
-impl MeanLayers {
-    fn add(&mut self, file: LayeredImage, film: &Film) {
-        for (kind, weights) in film.weights() {
-            match self.weights.get_mut(&kind.name()) {
-                None => drop(self.weights.insert(kind.name(), weights)),
-                Some(sums) => {
-                    sums.iter_mut().zip(weights).for_each(|(s, w)| *s = [s[0] + w[0], s[1] + w[1]]);
-                }
-            }
-        }
-        let wide = |p: &[f32; 3]| p.map(f64::from);
-        self.runs += 1;
-        let Some(shape) = &mut self.shape else {
-            self.sums = file.layers.iter().map(|l| l.image.pixels.iter().map(wide).collect()).collect();
-            self.shape = Some(file);
-            return;
-        };
-        // A run of a single iteration has no variance: then the mean has none either.
-        let keep: Vec<bool> = shape.layers.iter().map(|l| file.layer(&l.name).is_some()).collect();
-        let mut flags = keep.iter();
-        shape.layers.retain(|_| *flags.next().expect("one a layer"));
-        let mut flags = keep.iter();
-        self.sums.retain(|_| *flags.next().expect("one a layer"));
-        for (layer, sum) in shape.layers.iter().zip(&mut self.sums) {
-            let image = file.layer(&layer.name).expect("kept only where it is there");
-            for (s, p) in sum.iter_mut().zip(&image.pixels) {
-                (0..3).for_each(|c| s[c] += f64::from(p[c]));
-            }
-        }
-    }
-
-    /// The means; of variances, the variance of the mean; of weights, the mean over the samples of all runs.
-    fn finish(&self) -> LayeredImage {
-        let mut file = self.shape.clone().expect("there is at least one run");
-        let runs = f64::from(self.runs);
-        for (layer, sum) in file.layers.iter_mut().zip(&self.sums) {
-            let scale = if layer.name == VARIANCE { 1.0 / (runs * runs) } else { 1.0 / runs };
-            layer.image.pixels = match self.weights.get(&layer.name) {
-                Some(sums) => sums.iter().map(|[w, n]| [mean_weight(*w, *n) as f32; 3]).collect(),
-                None => sum.iter().map(|p| p.map(|v| (v * scale) as f32)).collect(),
-            };
-        }
-        file.metadata.push(("tyndall.runs".into(), self.runs.to_string()));
-        file
-    }
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`file`], [`overrides`] | the experiment file, and `--set` |
 //! | [`plan`], [`resolve`] | the file, checked and resolved |
-//! | [`run`], [`cell`] | from the plan to the results on disk |
+//! | [`run`], [`cell`], `means` | from the plan to the results on disk |
 //! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
 //! | [`status`] | what is done and what is left |
 //! | [`reference`] | what is measured against: rendered, kept, extended |
@@ -12,6 +12,7 @@
 //! | [`shares`], [`costs`] | what each technique adds, causes and costs |
 //! | [`results`], [`numbers`], [`older`], [`csv`] | what is left behind |
 
+mod blocks;
 pub mod cell;
 mod contents;
 pub mod costs;
@@ -20,6 +21,7 @@ pub mod file;
 pub mod handout;
 pub mod hash;
 pub mod machine;
+mod means;
 pub mod measure;
 pub mod metrics;
 pub mod numbers;
