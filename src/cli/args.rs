@@ -67,7 +67,7 @@ pub struct ExperimentArgs {
     /// The experiment file.
     #[arg(value_name = "EXPERIMENT.toml")]
     pub experiment: PathBuf,
-    /// Folder of the results [default: results/<experiment>].
+    /// Folder of the results [default: results/<experiment>, in the current folder].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Folder where rendered references are kept [default: .references beside the folder of results].

@@ -3,6 +3,7 @@
 pub mod args;
 pub mod compare;
 pub mod explain;
+pub mod folder;
 pub mod import;
 pub mod info;
 pub mod merge;

@@ -6,8 +6,8 @@
 //! | [`plan`], [`resolve`] | the file, checked and resolved |
 //! | [`run`], [`cell`], `means` | from the plan to the results on disk |
 //! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
-//! | [`status`] | what is done and what is left |
-//! | [`reference`] | what is measured against: rendered, kept, extended |
+//! | [`status`], [`moved`] | what is done and what is left; scenes that were called otherwise |
+//! | [`reference`], `blocks` | what is measured against: rendered, kept, extended |
 //! | [`metrics`], [`statistics`], [`measure`], [`split`] | errors of images, and numbers over runs |
 //! | [`shares`], [`costs`] | what each technique adds, causes and costs |
 //! | [`results`], [`numbers`], [`older`], [`csv`] | what is left behind |
@@ -24,6 +24,7 @@ pub mod machine;
 mod means;
 pub mod measure;
 pub mod metrics;
+pub mod moved;
 pub mod numbers;
 pub mod older;
 pub mod overrides;

@@ -7,7 +7,7 @@ use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
 use super::store::{self, SceneKey};
-use super::{csv, machine};
+use super::{csv, machine, moved};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
 use crate::film::false_color::{Scale, paint};
@@ -191,6 +191,10 @@ impl Runner<'_> {
     fn scene(&mut self, index: usize, scene: &Scene) -> Result<()> {
         let (plan, options) = (self.plan, self.options);
         let entry = &plan.scenes[index];
+        let key = SceneKey::new(scene)?;
+        if let Some(hint) = moved::hint(plan, entry, &key, options.out) {
+            self.observer.note(&hint);
+        }
         prepare_folder(&options.out.join(&entry.key))?;
         let truth = self.maker().obtain(entry, scene)?;
         if let Some(truth) = &truth {
@@ -199,7 +203,6 @@ impl Runner<'_> {
                 self.results.warnings.push(format!("{}: the reference is incomplete", entry.key));
             }
         }
-        let key = SceneKey::new(scene)?;
         let context = SceneContext {
             plan,
             entry,

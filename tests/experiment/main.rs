@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod places;
 mod references;
 
 use common::{Bench, EXPERIMENT};
