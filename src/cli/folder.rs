@@ -5,10 +5,13 @@ use crate::experiment::plan::Plan;
 use crate::experiment::store::FOLDER;
 use std::path::{Path, PathBuf};
 
-/// Names the folder of results whole, and says where results of the same
+/// Names the folder of results whole, says what of the experiment file changes nothing, and where results of the same
 /// experiment are if not there.
 pub fn announce(args: &ExperimentArgs, plan: &Plan, out: &Path) {
     eprintln!("results of {}: {}", plan.name, whole(out).display());
+    for warning in &plan.warnings {
+        eprintln!("warning: {warning}");
+    }
     if args.out.is_some() || out.exists() {
         return;
     }

@@ -369,7 +369,7 @@ fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
         estimators: plan.estimators.iter().map(|e| estimator_info(plan, e)).collect(),
         cells: Vec::new(),
         figures: plan.figures.clone(),
-        warnings: Vec::new(),
+        warnings: plan.warnings.clone(),
     }
 }
 

@@ -1,6 +1,7 @@
-//! Where results are, and what is said where they, or a scene, are elsewhere.
+//! Where results are, and what is said where they, or a scene, are elsewhere; and what else is said before anything is rendered.
 
 use crate::common::{Bench, EXPERIMENT};
+use crate::results;
 use std::fs;
 
 /// Bug that this keeps out: a run from another folder rendered all again, without a word on where to.
@@ -57,4 +58,30 @@ fn a_scene_that_was_moved_is_told_by_its_contents() {
     // Now it has runs under its own name.
     let (_, err) = bench.succeed("run experiment.toml");
     assert!(!err.contains(hint), "{err}");
+}
+
+/// As `render` says it of `--merge`.
+#[test]
+fn merges_of_techniques_that_are_not_there_are_warned_of() {
+    let bench = Bench::new();
+    let text = EXPERIMENT
+        .replace(
+            "preset = \"bpt\"\nspp = 24",
+            "preset = \"bpt\"\nspp = 24\nmerge = { bb1d = { radius = 0.1 } }",
+        )
+        .replace(
+            "preset = \"pt\"",
+            "preset = \"vcm\"\nname = \"pt\"\nmerge = { surf = { radius = 0.1 }, pp3d = { radius = 0.1 } }",
+        );
+    bench.write("experiment.toml", &text);
+    let (_, err) = bench.succeed("run experiment.toml --set runs=1");
+    let expected = [
+        "warning: experiment.toml: `pp3d` in the `merge` of estimator pt changes nothing",
+        "warning: experiment.toml: `bb1d` in the `merge` of the reference changes nothing",
+    ];
+    for part in expected {
+        assert!(err.contains(part), "{part:?} is not in {err}");
+    }
+    assert_eq!(err.matches("changes nothing").count(), 2, "surf is a technique of vcm: {err}");
+    assert_eq!(results(&bench).warnings.len(), 2, "the page has them");
 }
