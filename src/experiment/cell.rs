@@ -11,7 +11,7 @@ use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
-use super::work::{Got, Work, noise_in, without_noise};
+use super::work::{Got, Work, without_noise};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
@@ -249,7 +249,13 @@ impl<'a> SceneContext<'a> {
             checkpoints.extend(self.checkpoint(snapshot.iterations, snapshot.seconds, &snapshot.image)?);
         }
         let image = outcome.film.image();
-        checkpoints.extend(self.checkpoint(outcome.film.iterations(), outcome.seconds, &image)?);
+        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
+        if self.truth.is_some() {
+            let quick = self.plan.metrics.iter().filter(|m| is_quick(**m)).map(|m| m.description().key);
+            let metrics = quick.map(|key| (key.to_owned(), metrics[key])).collect();
+            let (spp, seconds) = (outcome.film.iterations(), outcome.seconds);
+            checkpoints.push(Checkpoint { spp, seconds, metrics });
+        }
         let exr = format!("{folder}/run-{index:02}.exr");
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
@@ -262,9 +268,12 @@ impl<'a> SceneContext<'a> {
         // There is no mean of them.
         file.layers.retain(|l| l.name != OUTLIERS);
         gathered.mean.add(file, &outcome.film);
-        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
-        let without_noise = |m| self.truth.map(|truth| without_noise(m, &image, truth)).transpose();
-        let (relmse, mse) = (without_noise(Metric::RelMse)?, without_noise(Metric::Mse)?);
+        // These two are kept whether or not they are among the experiment's metrics.
+        let always = |metric: Metric| match metrics.get(metric.description().key) {
+            Some(value) => Ok(Some(*value)),
+            None => self.truth.map(|truth| without_noise(metric, &image, truth)).transpose(),
+        };
+        let (relmse, mse) = (always(Metric::RelMse)?, always(Metric::Mse)?);
         gathered.runs.push(Run {
             index,
             seed: settings.seed,
@@ -312,7 +321,7 @@ impl<'a> SceneContext<'a> {
         for metric in &self.plan.metrics {
             let key = metric.description().key;
             let measurement = metric.measure(image, &truth.image)?;
-            let noise = noise_in(*metric, truth)?;
+            let noise = truth.noise(*metric)?;
             values.insert(key.to_owned(), measurement.value - noise.unwrap_or(0.0));
             if noise.is_some() {
                 measured.insert(key.to_owned(), measurement.value);
@@ -433,7 +442,7 @@ impl<'a> SceneContext<'a> {
         };
         let truth = self.truth?;
         let (plain, measured) = (over(|r| &r.metrics)?, over(|r| &r.measured));
-        let noise = noise_in(metric, truth).ok().flatten();
+        let noise = truth.noise(metric).ok().flatten();
         if noise.is_none() {
             return Some(Summary { metric: key.to_owned(), value: plain, noise, measured: None });
         }

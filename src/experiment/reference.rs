@@ -8,11 +8,11 @@
 //! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
 
 use super::blocks::{Block, Sum};
-use super::contents;
 use super::hash::{Hasher, REFERENCE_SEED};
+use super::metrics::{Metric, TABLE};
 use super::plan::{Lengths, ReferencePlan, ScenePlan};
 use super::results::ReferenceKind;
-use super::store;
+use super::store::{self, SceneKey};
 use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr;
@@ -23,6 +23,7 @@ use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Samples of the longest block: iterations times pixels.
@@ -51,9 +52,30 @@ pub struct Truth {
     pub seed: Option<u64>,
     /// Whether it is short of what was asked for.
     pub partial: bool,
+    /// What its noise adds to each metric that was asked for.
+    pub(super) noise: Noise,
 }
 
+/// By the number of the metric; each is computed once, as a run is measured at every checkpoint.
+pub(super) type Noise = [OnceLock<Option<f64>>; TABLE.len()];
+
 impl Truth {
+    /// What its own noise adds to a metric; none where that is not known, or it is not one to which it adds up.
+    ///
+    /// # Errors
+    /// A variance that does not belong to the image.
+    pub fn noise(&self, metric: Metric) -> Result<Option<f64>> {
+        let known = &self.noise[metric as usize];
+        if let Some(noise) = known.get() {
+            return Ok(*noise);
+        }
+        let noise = match &self.variance {
+            Some(variance) => metric.reference_noise(&self.image, variance)?,
+            None => None,
+        };
+        Ok(*known.get_or_init(|| noise))
+    }
+
     /// Names the image and what is known of its variance.
     pub fn fingerprint(&self) -> String {
         let mut hasher = Hasher::default();
@@ -78,16 +100,16 @@ pub struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The reference of a scene, from its file or from the cache, rendered as far as it is not there.
+    /// The reference of a scene, whose contents `key` names, from its file or from the cache, rendered as far as it is not there.
     ///
     /// # Errors
     /// A file that cannot be read or is of another size; a cache that cannot be written.
-    pub fn obtain(&mut self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Truth>> {
+    pub fn obtain(&mut self, plan: &ScenePlan, scene: &Scene, key: &SceneKey) -> Result<Option<Truth>> {
         match &plan.reference {
             None => Ok(None),
             Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
             Some(ReferencePlan::Render { .. }) => {
-                let making = self.making(plan, scene)?.expect("it is to be rendered");
+                let making = self.making(plan, scene, key)?.expect("it is to be rendered");
                 self.render(plan, scene, &making).map(Some)
             }
         }
@@ -96,8 +118,8 @@ impl Maker<'_> {
     /// How the reference of a scene is made, if it is rendered.
     ///
     /// # Errors
-    /// Settings that make no sense, and scene files that cannot be read.
-    pub fn making(&self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Making>> {
+    /// Settings that make no sense.
+    pub fn making(&self, plan: &ScenePlan, scene: &Scene, key: &SceneKey) -> Result<Option<Making>> {
         let Some(ReferencePlan::Render { techniques, tracking, merging, paths, budget }) = &plan.reference
         else {
             return Ok(None);
@@ -111,7 +133,7 @@ impl Maker<'_> {
         settings.check_scene(scene)?;
         let settings = settings.pinned(scene);
         let resolved = Resolved::new(&plan.file, scene, &settings);
-        let name = format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]);
+        let name = format!("{}-{}", plan.key, &fingerprint(key, &settings, &resolved)[..16]);
         Ok(Some(Making { dir: self.cache.join(name), settings, resolved, budget: *budget }))
     }
 
@@ -150,6 +172,7 @@ impl Maker<'_> {
             paths: Some(settings.paths),
             seed: Some(settings.seed),
             partial: budget.goes_on(sum.iterations, sum.seconds),
+            noise: Noise::default(),
         })
     }
 
@@ -346,7 +369,7 @@ fn next_block(done: u64, seconds: f64, pixels: usize, budget: Budget) -> u64 {
 }
 
 /// Hash of all that a reference depends on.
-fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Result<String> {
+fn fingerprint(key: &SceneKey, settings: &Settings, resolved: &Resolved) -> String {
     let mut hasher = Hasher::default();
     hasher.field(RENDERING.as_bytes());
     // The scene goes in by contents, wherever it lies; paths by which they are, however that is written.
@@ -355,8 +378,8 @@ fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Resul
     words.as_object_mut().expect("a struct is an object").shift_remove("paths");
     hasher.field(words.to_string().as_bytes());
     hasher.field(&settings.paths.fingerprint());
-    contents::add(&mut hasher, scene)?;
-    Ok(hasher.hex())
+    hasher.field(key.contents().as_bytes());
+    hasher.hex()
 }
 
 fn film_size(scene: &Scene) -> (usize, usize) {
@@ -441,6 +464,7 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
         paths,
         seed: file.text("tyndall.seed").and_then(|t| t.parse().ok()),
         partial: false,
+        noise: Noise::default(),
         image,
     })
 }

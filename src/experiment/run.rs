@@ -159,7 +159,7 @@ impl Runner<'_> {
             // Who stops at an error needs the reference at once; else it is one piece of work among the others.
             let needed = self.plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
             let own = mine();
-            let truth = if needed || own { self.maker().obtain(entry, scene)? } else { None };
+            let truth = if needed || own { self.maker().obtain(entry, scene, &key)? } else { None };
             let context = SceneContext {
                 plan: self.plan,
                 entry,
@@ -196,7 +196,7 @@ impl Runner<'_> {
             self.observer.note(&hint);
         }
         prepare_folder(&options.out.join(&entry.key))?;
-        let truth = self.maker().obtain(entry, scene)?;
+        let truth = self.maker().obtain(entry, scene, &key)?;
         if let Some(truth) = &truth {
             self.results.scenes[index].reference = Some(write_reference(options.out, entry, scene, truth)?);
             if truth.partial {

@@ -85,8 +85,8 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
         hints.extend(moved::hint(plan, entry, &key, out));
         let measured = plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
         let mut maker = Maker { cache, stop: &stop, observer: &mut Silent, frozen: true };
-        references.extend(maker.making(entry, scene)?.map(|making| reference(&entry.key, &making)));
-        let truth = if measured { maker.obtain(entry, scene).ok().flatten() } else { None };
+        references.extend(maker.making(entry, scene, &key)?.map(|making| reference(&entry.key, &making)));
+        let truth = if measured { maker.obtain(entry, scene, &key).ok().flatten() } else { None };
         let truth = truth.as_ref();
         let (key, clock, stop) = (&key, &clock, &stop);
         let context = SceneContext { plan, entry, scene, truth, out, key, clock, frozen: true, stop };
