@@ -59,6 +59,9 @@ pub struct ImportArgs {
     /// The scene file to write; its meshes and pictures go into a folder beside it.
     #[arg(value_name = "OUT.toml")]
     pub out: PathBuf,
+    /// Write over a scene file that is there.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// An experiment, where its results are, and what is changed of it.
