@@ -323,6 +323,9 @@ pub struct ReportArgs {
     /// A folder of results.
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
+    /// Show the images of all scenes at this exposure, in stops [default: those of the experiment file].
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse::stops)]
+    pub exposure: Option<f32>,
 }
 
 #[cfg(test)]

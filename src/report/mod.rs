@@ -56,6 +56,7 @@ use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use comparison::signed;
 
 /// What a report consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +80,25 @@ pub struct ReportSummary {
 /// # Errors
 /// No results in the folder, damaged ones, or a file that cannot be written.
 pub fn report(dir: &Path) -> Result<ReportSummary> {
-    let results = results::read(dir)?;
+    report_at(dir, None)
+}
+
+/// [`report`] with the images of all scenes at another exposure than the experiment file's, in stops; the page says so.
+///
+/// # Errors
+/// As [`report`].
+pub fn report_at(dir: &Path, exposure: Option<f32>) -> Result<ReportSummary> {
+    let mut results = results::read(dir)?;
+    if let Some(stops) = exposure {
+        for scene in &mut results.scenes {
+            let said = (scene.exposure != stops)
+                .then(|| format!(" instead of {}, as the experiment has it", signed(scene.exposure)));
+            let note =
+                format!("Shown at an exposure of {} stops{}.", signed(stops), said.unwrap_or_default());
+            scene.caption = [scene.caption.as_str(), &note].join("\n\n").trim().to_owned();
+            scene.exposure = stops;
+        }
+    }
     let dir = if dir.is_file() { dir.parent().unwrap_or(Path::new(".")) } else { dir };
     report_of(dir, &results)
 }

@@ -85,6 +85,16 @@ fn a_report_can_be_made_again() {
     let (out, _) = bench.succeed("report results/experiment");
     assert!(out.contains("index.html"));
     assert_eq!(std::fs::read(&page).unwrap(), first);
+    // At another exposure, which the page says; and back.
+    let picture = || std::fs::read(bench.path("results/experiment/figures/small-crops.png")).unwrap();
+    let dim = picture();
+    bench.succeed("report results/experiment --exposure -1.5");
+    let (other, bright) = (std::fs::read_to_string(&page).unwrap(), picture());
+    assert!(other.contains("Shown at an exposure of −1.5 stops instead of +0.5, as the experiment has it."));
+    assert!(other.contains("sRGB at −1.5 stops for all") && dim != bright);
+    bench.succeed("report results/experiment");
+    assert_eq!((std::fs::read(&page).unwrap(), picture()), (first, dim));
+    bench.refuse("report results/experiment --exposure bright", &["a number of stops"]);
     // Of the file as it is now the report knows nothing.
     let hint = "experiment.toml has changed since: `tyndall run experiment.toml` takes that up";
     assert!(!bench.succeed("report results/experiment").1.contains("changed"));
