@@ -11,6 +11,7 @@
 //! | `table`, `statistics` | metrics with intervals, and who is best |
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
 //! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
+//! | `verdict` | which estimator is best, and what the other loses by |
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
@@ -48,15 +49,16 @@ mod table;
 mod techniques;
 #[cfg(test)]
 mod tests;
+mod verdict;
 mod viewer;
 mod why;
 
 use crate::error::{Error, Result};
 use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
+use comparison::signed;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use comparison::signed;
 
 /// What a report consists of.
 #[derive(Clone, Debug, PartialEq)]
