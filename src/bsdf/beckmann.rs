@@ -101,28 +101,25 @@ struct Slopes {
 }
 
 impl Slopes {
-    /// The density, not normalised.
+    /// The density, not normalised, and its integral up to x: cos θ (1 + erf x)/2 + sin θ e^{−x²}/(2√π), without cancellation
+    /// for x < 0.
     #[inline]
-    fn density(self, x: f32) -> f32 {
-        (self.cos - x * self.sin) * (-x * x).exp() * FRAC_1_SQRT_PI
-    }
-
-    /// Its integral up to x: cos θ (1 + erf x)/2 + sin θ e^{−x²}/(2√π). Without cancellation for x < 0.
-    #[inline]
-    fn below(self, x: f32) -> f32 {
-        let half = 0.5 * (-x * x).exp();
+    fn at(self, x: f32) -> (f32, f32) {
+        let bell = (-x * x).exp();
         let sin = self.sin * FRAC_1_SQRT_PI;
-        if x < 0.0 {
-            half * (self.cos * scaled_erfc(-x) + sin)
+        let below = if x < 0.0 {
+            0.5 * bell * (self.cos * scaled_erfc(-x) + sin)
         } else {
-            self.cos + half * (sin - self.cos * scaled_erfc(x))
-        }
+            self.cos + 0.5 * bell * (sin - self.cos * scaled_erfc(x))
+        };
+        ((self.cos - x * self.sin) * bell * FRAC_1_SQRT_PI, below)
     }
 
-    /// Its integral.
+    /// The integral of the density.
     #[inline]
     fn all(self) -> f32 {
-        self.below(self.cos / self.sin)
+        // Of the slopes of a direction as steep as this, what faces away from it weighs 2e-10: nothing in single precision.
+        if self.cos > 4.0 * self.sin { self.cos } else { self.at(self.cos / self.sin).1 }
     }
 
     /// The slope below which the share `u` of all lies, by Newton's method as [Jakob 2014], but for the logarithm of the
@@ -134,17 +131,18 @@ impl Slopes {
         let share = u.max(0.5f32.powi(25)) * self.all();
         let end = self.cos / self.sin;
         // Up to x < 0 lies at most e^{−x²} of what lies up to 0: this is on the left.
-        let up_to_0 = self.below(0.0);
+        let up_to_0 = 0.5 * (self.cos + self.sin * FRAC_1_SQRT_PI);
         let mut x = if share < up_to_0 { -(up_to_0 / share).ln().sqrt() } else { 0.0 };
         for _ in 0..24 {
-            let (below, density) = (self.below(x), self.density(x));
+            let (density, below) = self.at(x);
             let step = (share / below).ln() * below / density;
             // The density falls to 0 at the end; there rounding is all that is left.
             if !step.is_finite() || density <= 0.0 {
                 break;
             }
             x = (x + step).min(end);
-            if step.abs() < 1e-6 * (1.0 + x.abs()) {
+            // What is left is of the order of its square; or, at the end, where there is next to no density, of its size.
+            if step.abs() < 3e-4 {
                 break;
             }
         }
