@@ -222,3 +222,20 @@ fn merges_in_media_are_warned_of_where_there_is_none() {
         bench.succeed("render small --estimator vcm --spp 1 --merge surf.radius=0.01 --out without.exr");
     assert!(!err.contains("warning"), "{err}");
 }
+
+/// Bug that this keeps out: an import wrote over a scene that had been worked at.
+#[test]
+fn an_import_writes_over_nothing_unless_told_to() {
+    let bench = Bench::new();
+    let xml = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/import/scenes/surfaces.xml");
+    bench.succeed(&format!("import {xml} imported/scene.toml"));
+    let written = std::fs::read(bench.path("imported/scene.toml")).unwrap();
+    bench.write("imported/scene.toml", "# mine");
+    bench.refuse(
+        &format!("import {xml} imported/scene.toml"),
+        &["imported/scene.toml", "is there already", "--force"],
+    );
+    assert_eq!(std::fs::read(bench.path("imported/scene.toml")).unwrap(), b"# mine");
+    bench.succeed(&format!("import {xml} imported/scene.toml --force"));
+    assert_eq!(std::fs::read(bench.path("imported/scene.toml")).unwrap(), written);
+}

@@ -30,7 +30,7 @@ from welch import Welch, moments, sidak
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # With the share of samples that each needs for the same precision.
-SCENES = {"metals": 2.0, "glass": 1.0, "lights": 4.0, "lens": 0.5, "sky": 1.0,
+SCENES = {"metals": 2.0, "glass": 1.0, "beckmann": 1.0, "lights": 4.0, "lens": 0.5, "sky": 1.0,
           "haze": 1.0, "milk": 1.0, "coloured": 1.0, "grids": 1.0, "fibres": 1.0,
           "nested": 1.0}
 # Left out with --quick.

@@ -5,7 +5,7 @@ are media:
     python scripts/mitsuba/convert.py SCENE.toml [--spp 64] [--seed 0] [--max-length 8] [--size WxH] [--out FILE.exr]
 
 What Mitsuba cannot express as we mean it is refused with a message, never approximated. Rough surfaces have to say
-`masking = "separable"`, as Mitsuba knows no other; spot lights have to have `inner` = `cutoff`, as the falloffs differ.
+`masking = "separable"`, as Mitsuba knows no other (its masking of Beckmann's facets is a fit, up to 0.4% off); spot lights have to have `inner` = `cutoff`, as the falloffs differ.
 Surfaces with a null material and nothing inside are left out where there are no media: nothing happens there. For
 media see media.py.
 """
@@ -31,6 +31,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 SHAPES = ["sphere", "rectangle", "disc", "box", "mesh", "lathe"]
 LIGHTS = ["point", "spot", "directional", "environment"]
 MATERIALS = ["diffuse", "mirror", "conductor", "dielectric", "null"]
+# The keys of a rough surface.
+FACETS = {"roughness": 0, "distribution": "ggx", "masking": "correlated"}
 # Below this our surfaces are smooth.
 SMOOTH_BELOW = 1e-3
 
@@ -154,16 +156,16 @@ class Converter:
             mirror = {"type": "conductor", "material": "none", "specular_reflectance": self.albedo(albedo)}
             return two_sided(mirror), is_textured(albedo)
         if kind == "conductor":
-            metal, eta, k, roughness, masking, albedo = take(
-                table, kind, metal=None, eta=None, k=None, roughness=0, masking="correlated", reflectance=1)
-            bsdf = {"specular_reflectance": self.albedo(albedo)} | rough("conductor", roughness, masking)
+            metal, eta, k, albedo, *facets = take(
+                table, kind, metal=None, eta=None, k=None, reflectance=1, **FACETS)
+            bsdf = {"specular_reflectance": self.albedo(albedo)} | rough("conductor", *facets)
             if metal is not None:
                 eta, k = metals()[metal.lower()]
             bsdf |= {"material": "none"} if eta is None else {"eta": rgb(eta), "k": rgb(k)}
             return two_sided(bsdf), is_textured(albedo)
-        ior, exterior, roughness, masking, reflectance, transmittance = take(
-            table, kind, ior=1.5, exterior_ior=1, roughness=0, masking="correlated", reflectance=1, transmittance=1)
-        bsdf = rough("dielectric", roughness, masking) | {
+        ior, exterior, reflectance, transmittance, *facets = take(
+            table, kind, ior=1.5, exterior_ior=1, reflectance=1, transmittance=1, **FACETS)
+        bsdf = rough("dielectric", *facets) | {
             "int_ior": float(ior), "ext_ior": float(exterior),
             "specular_reflectance": self.albedo(reflectance), "specular_transmittance": self.albedo(transmittance),
         }
@@ -235,12 +237,12 @@ def two_sided(bsdf):
     return {"type": "twosided", "bsdf": bsdf}
 
 
-def rough(kind, roughness, masking):
+def rough(kind, roughness, distribution, masking):
     if roughness < SMOOTH_BELOW:
         return {"type": kind}
     if masking != "separable":
         raise Refused(f'a rough {kind} without `masking = "separable"`')
-    return {"type": "rough" + kind, "distribution": "ggx", "alpha": float(roughness)}
+    return {"type": "rough" + kind, "distribution": distribution, "alpha": float(roughness)}
 
 
 def is_textured(albedo):

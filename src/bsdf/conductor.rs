@@ -1,6 +1,6 @@
 //! Metals: reflection by Fresnel's equations with a complex index of refraction, smooth or rough.
 
-use super::ggx::{self, Ggx, Masking};
+use super::microfacet::{self, Masking, Microfacets, NormalDistribution, Rough};
 use super::{BsdfSample, BsdfValue, Mode, fresnel, metals, reflect_z, same_side};
 use crate::math::{Rgb, RgbExt};
 use crate::texture::Texture;
@@ -19,13 +19,13 @@ enum Facet {
 #[derive(Clone, Debug)]
 pub struct Conductor {
     facet: Facet,
-    rough: Option<Ggx>,
+    rough: Option<Rough>,
     tint: Texture,
 }
 
 impl Conductor {
     /// With the complex index `eta` + i `k` a channel (relative to the medium in front), the roughness `alpha` (0 to
-    /// 1; smooth below [`super::ggx::SMOOTH_BELOW`]) and a reflectance `tint` that multiplies Fresnel's.
+    /// 1; smooth below [`super::microfacet::SMOOTH_BELOW`]) and a reflectance `tint` that multiplies Fresnel's.
     pub fn new(eta: Rgb, k: Rgb, alpha: f32, tint: Texture) -> Result<Self, String> {
         if !(eta.is_finite() && eta.min_element() > 0.0) {
             return Err(format!("eta must be positive in each channel, found {eta}"));
@@ -49,12 +49,18 @@ impl Conductor {
 
     fn with(facet: Facet, alpha: f32, tint: Texture) -> Result<Self, String> {
         tint.check_reflectance("reflectance")?;
-        Ok(Self { facet, rough: Ggx::new(alpha, Masking::default())?, tint })
+        Ok(Self { facet, rough: Rough::new(alpha)?, tint })
     }
 
     /// The same with another form of masking, for comparison with other renderers. Of no effect where it is smooth.
     pub fn with_masking(mut self, masking: Masking) -> Self {
         self.rough = self.rough.map(|rough| rough.with_masking(masking));
+        self
+    }
+
+    /// The same with another distribution of facet normals. Of no effect where it is smooth.
+    pub fn with_distribution(mut self, distribution: NormalDistribution) -> Self {
+        self.rough = self.rough.map(|rough| rough.with_distribution(distribution));
         self
     }
 
@@ -76,16 +82,17 @@ impl Conductor {
     #[inline]
     pub(super) fn evaluate(&self, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         match &self.rough {
-            Some(rough) if same_side(wl, wc) => self.evaluate_rough(rough, uv, wl, wc),
+            Some(Rough::Ggx(facets)) if same_side(wl, wc) => self.evaluate_rough(facets, uv, wl, wc),
+            Some(Rough::Beckmann(facets)) if same_side(wl, wc) => self.evaluate_rough(facets, uv, wl, wc),
             _ => BsdfValue::ZERO,
         }
     }
 
     /// [Walter et al. 2007 (20)] and the density of the visible normals over the Jacobian 4|w·m| [(14)].
     #[inline]
-    fn evaluate_rough(&self, rough: &Ggx, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    fn evaluate_rough(&self, rough: &impl Microfacets, uv: Vec2, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         // |m_z| is all that D wants: no need to turn m to the outside.
-        let Some(m) = ggx::unit(wl + wc) else { return BsdfValue::ZERO };
+        let Some(m) = microfacet::unit(wl + wc) else { return BsdfValue::ZERO };
         let d = 0.25 * rough.d(m);
         BsdfValue {
             f: self.tint.eval(uv) * self.fresnel(wl.dot(m).abs()) * (d * rough.g2_reflect_over_cos(wl, wc)),
@@ -99,17 +106,29 @@ impl Conductor {
         if from.z == 0.0 {
             return None;
         }
-        let Some(rough) = &self.rough else {
-            let weight = self.tint.eval(uv) * self.fresnel(from.z.abs());
-            let to = reflect_z(from);
-            return (!weight.is_black()).then_some(BsdfSample {
-                to,
-                weight,
-                pdf: 1.0,
-                pdf_rev: 1.0,
-                specular: true,
-            });
-        };
+        match &self.rough {
+            None => self.sample_smooth(uv, from),
+            Some(Rough::Ggx(facets)) => self.sample_rough(facets, uv, from, mode, u),
+            Some(Rough::Beckmann(facets)) => self.sample_rough(facets, uv, from, mode, u),
+        }
+    }
+
+    #[inline]
+    fn sample_smooth(&self, uv: Vec2, from: Vec3A) -> Option<BsdfSample> {
+        let weight = self.tint.eval(uv) * self.fresnel(from.z.abs());
+        let to = reflect_z(from);
+        (!weight.is_black()).then_some(BsdfSample { to, weight, pdf: 1.0, pdf_rev: 1.0, specular: true })
+    }
+
+    #[inline]
+    fn sample_rough(
+        &self,
+        rough: &impl Microfacets,
+        uv: Vec2,
+        from: Vec3A,
+        mode: Mode,
+        u: Vec2,
+    ) -> Option<BsdfSample> {
         let side = Vec3A::new(1.0, 1.0, 1f32.copysign(from.z));
         let upper = from * side;
         let m = rough.sample_visible(upper, u);

@@ -4,7 +4,7 @@
 //! walks choose between the two in proportion to F r : (1 − F) t, where r and t are the tints' largest channels. F is the
 //! same from both ends of a refracted path, so that the reverse walk makes the same choice with the same probability.
 
-use super::ggx::{self, Ggx, Masking};
+use super::microfacet::{self, Masking, Microfacets, NormalDistribution, Rough};
 use super::{BsdfSample, BsdfValue, Mode, Site, flip_z, fresnel, grazing, reflect_z};
 use crate::math::Rgb;
 use crate::texture::Texture;
@@ -21,7 +21,7 @@ pub struct Dielectric {
     inside: f32,
     /// η_inside/η_outside, unless a [`Site`] says what is outside.
     eta: f32,
-    rough: Option<Ggx>,
+    rough: Option<Rough>,
     reflectance: Texture,
     transmittance: Texture,
 }
@@ -39,7 +39,7 @@ struct Facet {
 
 impl Dielectric {
     /// With the indices inside and outside, the roughness `alpha` (0 to 1; smooth below
-    /// [`super::ggx::SMOOTH_BELOW`]), and tints that multiply what is reflected and what is transmitted (1: glass).
+    /// [`super::microfacet::SMOOTH_BELOW`]), and tints that multiply what is reflected and what is transmitted (1: glass).
     pub fn new(
         int_ior: f32,
         ext_ior: f32,
@@ -54,7 +54,7 @@ impl Dielectric {
         }
         reflectance.check_reflectance("reflectance")?;
         transmittance.check_reflectance("transmittance")?;
-        let rough = Ggx::new(alpha, Masking::default())?;
+        let rough = Rough::new(alpha)?;
         let eta = int_ior / ext_ior;
         if !eta.is_normal() {
             return Err(format!("int_ior {int_ior} and ext_ior {ext_ior} are too far apart"));
@@ -71,6 +71,12 @@ impl Dielectric {
     /// The same with another form of masking, for comparison with other renderers. Of no effect where it is smooth.
     pub fn with_masking(mut self, masking: Masking) -> Self {
         self.rough = self.rough.map(|rough| rough.with_masking(masking));
+        self
+    }
+
+    /// The same with another distribution of facet normals. Of no effect where it is smooth.
+    pub fn with_distribution(mut self, distribution: NormalDistribution) -> Self {
+        self.rough = self.rough.map(|rough| rough.with_distribution(distribution));
         self
     }
 
@@ -118,16 +124,26 @@ impl Dielectric {
     pub(super) fn evaluate(&self, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         match &self.rough {
             None => BsdfValue::ZERO,
-            Some(_) if grazing(wl) || grazing(wc) => BsdfValue::ZERO,
-            Some(rough) if (wl.z > 0.0) == (wc.z > 0.0) => self.evaluate_reflection(rough, site, wl, wc),
-            Some(rough) => self.evaluate_transmission(rough, site, wl, wc),
+            Some(Rough::Ggx(facets)) => self.evaluate_rough(facets, site, wl, wc),
+            Some(Rough::Beckmann(facets)) => self.evaluate_rough(facets, site, wl, wc),
+        }
+    }
+
+    #[inline]
+    fn evaluate_rough(&self, rough: &impl Microfacets, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        if grazing(wl) || grazing(wc) {
+            BsdfValue::ZERO
+        } else if (wl.z > 0.0) == (wc.z > 0.0) {
+            self.evaluate_reflection(rough, site, wl, wc)
+        } else {
+            self.evaluate_transmission(rough, site, wl, wc)
         }
     }
 
     /// [Walter et al. 2007 (20)].
     #[inline]
-    fn evaluate_reflection(&self, rough: &Ggx, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
-        let Some(m) = ggx::unit(wl + wc) else { return BsdfValue::ZERO };
+    fn evaluate_reflection(&self, rough: &impl Microfacets, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+        let Some(m) = microfacet::unit(wl + wc) else { return BsdfValue::ZERO };
         let facet = self.facet(site.uv, fresnel::dielectric(wl.dot(m), self.eta_across(site, wl)));
         let d = 0.25 * rough.d(m);
         BsdfValue {
@@ -141,10 +157,10 @@ impl Dielectric {
     /// f = |wl·m| |wc·m| e² (1 − F) G D / (|cos θ_l| |cos θ_c| |h|²), since wl·m + e wc·m = ±|h|. The Jacobians
     /// dω_m/dω_to (17) are e²|wc·m|/|h|² from wl and |wl·m|/|h|² from wc.
     #[inline]
-    fn evaluate_transmission(&self, rough: &Ggx, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
+    fn evaluate_transmission(&self, rough: &impl Microfacets, site: Site, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         let e = self.eta_across(site, wl);
         let h = wl + e * wc;
-        let Some(mut m) = ggx::unit(h) else { return BsdfValue::ZERO };
+        let Some(mut m) = microfacet::unit(h) else { return BsdfValue::ZERO };
         if m.z * wl.z < 0.0 {
             m = -m;
         }
@@ -170,7 +186,8 @@ impl Dielectric {
         }
         match &self.rough {
             None => self.sample_smooth(site, from, mode, u.0),
-            Some(rough) => self.sample_rough(rough, site, from, mode, u),
+            Some(Rough::Ggx(facets)) => self.sample_rough(facets, site, from, mode, u),
+            Some(Rough::Beckmann(facets)) => self.sample_rough(facets, site, from, mode, u),
         }
     }
 
@@ -207,7 +224,7 @@ impl Dielectric {
     #[inline]
     fn sample_rough(
         &self,
-        rough: &Ggx,
+        rough: &impl Microfacets,
         site: Site,
         from: Vec3A,
         mode: Mode,

@@ -10,6 +10,7 @@
 //! A smooth lobe can be evaluated, and so be used by connections; a specular one (a Dirac) can only be sampled.
 //! Opaque materials look the same from both sides.
 
+pub mod beckmann;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
@@ -17,6 +18,7 @@ pub mod fresnel;
 pub mod ggx;
 pub mod layered;
 pub mod metals;
+pub mod microfacet;
 pub mod mirror;
 pub mod null;
 pub mod phong;
@@ -26,11 +28,13 @@ pub mod sided;
 mod tests;
 pub mod thin;
 
+pub use beckmann::Beckmann;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
-pub use ggx::{Ggx, Masking};
+pub use ggx::Ggx;
 pub use layered::Layered;
+pub use microfacet::{Masking, Microfacets, NormalDistribution, Rough};
 pub use mirror::Mirror;
 pub use phong::Phong;
 pub use plastic::{Plastic, PlasticSettings};

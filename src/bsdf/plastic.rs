@@ -10,8 +10,8 @@
 //! the share that is transmitted in all directions by the facets, which is tabulated by the cosine; light that meets
 //! a second facet is lost, as in every model of single scattering.
 
-use super::ggx::{Ggx, Masking};
-use super::{BsdfSample, BsdfValue, Mode, fresnel, ggx, reflect_z, same_side};
+use super::microfacet::{self, Masking, Microfacets, NormalDistribution, Rough};
+use super::{BsdfSample, BsdfValue, Mode, fresnel, reflect_z, same_side};
 use crate::math::{Rgb, warp};
 use crate::texture::Texture;
 use glam::{Vec2, Vec3A};
@@ -32,15 +32,15 @@ pub struct Plastic {
     nonlinear: bool,
     /// R_i.
     internal: f32,
-    rough: Option<Rough>,
+    rough: Option<Coat>,
     /// The largest channels of the mean tints: how the choice between coat and base is weighted.
     shares: Vec2,
 }
 
 /// A rough coat.
 #[derive(Clone, Debug)]
-struct Rough {
-    ggx: Ggx,
+struct Coat {
+    facets: Rough,
     transmittance: Box<[f32; ENTRIES]>,
 }
 
@@ -55,8 +55,10 @@ pub struct PlasticSettings {
     pub ior: f32,
     /// Index outside.
     pub exterior_ior: f32,
-    /// α of the coat, 0 to 1; smooth below [`super::ggx::SMOOTH_BELOW`].
+    /// α of the coat, 0 to 1; smooth below [`super::microfacet::SMOOTH_BELOW`].
     pub roughness: f32,
+    /// How the normals of a rough coat are distributed.
+    pub distribution: NormalDistribution,
     /// How masking and shadowing of a rough coat go together.
     pub masking: Masking,
     /// Whether the base colours the light that the coat throws back to it.
@@ -66,8 +68,7 @@ pub struct PlasticSettings {
 impl Plastic {
     /// A message where a number is out of its range.
     pub fn new(settings: PlasticSettings) -> Result<Self, String> {
-        let PlasticSettings { diffuse, specular, ior, exterior_ior, roughness, masking, nonlinear } =
-            settings;
+        let PlasticSettings { diffuse, specular, ior, exterior_ior, nonlinear, .. } = settings;
         diffuse.check_reflectance("diffuse reflectance")?;
         specular.check_reflectance("specular reflectance")?;
         for (name, ior) in [("ior", ior), ("exterior_ior", exterior_ior)] {
@@ -79,15 +80,20 @@ impl Plastic {
         if !(eta.is_normal() && eta >= 1.0) {
             return Err(format!("the coat's ior {ior} must not be below the exterior_ior {exterior_ior}"));
         }
-        let ggx = Ggx::new(roughness, masking).map_err(|e| e.replace("alpha", "roughness"))?;
-        let (internal, rough) = match ggx {
+        let facets = Rough::new(settings.roughness).map_err(|e| e.replace("alpha", "roughness"))?;
+        let facets = facets
+            .map(|facets| facets.with_distribution(settings.distribution).with_masking(settings.masking));
+        let (internal, rough) = match facets {
             None => (diffuse_reflectance(|cos| fresnel::dielectric(cos, 1.0 / eta).reflectance), None),
-            Some(ggx) => {
-                let internal = diffuse_reflectance(|cos| directional(&ggx, cos, 1.0 / eta).0);
-                let table = std::array::from_fn(|i| {
-                    directional(&ggx, (i as f32 / (ENTRIES - 1) as f32).max(1e-4), eta).1
-                });
-                (internal, Some(Rough { ggx, transmittance: Box::new(table) }))
+            Some(facets) => {
+                let shares = |cos, eta| match &facets {
+                    Rough::Ggx(facets) => directional(facets, cos, eta),
+                    Rough::Beckmann(facets) => directional(facets, cos, eta),
+                };
+                let internal = diffuse_reflectance(|cos| shares(cos, 1.0 / eta).0);
+                let table =
+                    std::array::from_fn(|i| shares((i as f32 / (ENTRIES - 1) as f32).max(1e-4), eta).1);
+                (internal, Some(Coat { facets, transmittance: Box::new(table) }))
             }
         };
         let shares = Vec2::new(specular.average().max_element(), diffuse.average().max_element());
@@ -131,16 +137,32 @@ impl Plastic {
             pdf_lc: (1.0 - coat_l) * warp::cosine_hemisphere_pdf(cos_c),
             pdf_cl: (1.0 - coat_c) * warp::cosine_hemisphere_pdf(cos_l),
         };
-        if let Some(Rough { ggx, .. }) = &self.rough
-            && let Some(m) = ggx::unit(wl + wc)
-        {
-            let d = 0.25 * ggx.d(m);
-            let reflected = fresnel::dielectric(wl.dot(m).abs(), self.eta).reflectance;
-            value.f += self.specular.eval(uv) * (reflected * d * ggx.g2_reflect_over_cos(wl, wc));
-            value.pdf_lc += coat_l * d * ggx.g1_over_cos(wl);
-            value.pdf_cl += coat_c * d * ggx.g1_over_cos(wc);
+        match self.rough.as_ref().map(|coat| &coat.facets) {
+            None => {}
+            Some(Rough::Ggx(facets)) => self.add_coat(facets, &mut value, uv, (wl, wc), (coat_l, coat_c)),
+            Some(Rough::Beckmann(facets)) => {
+                self.add_coat(facets, &mut value, uv, (wl, wc), (coat_l, coat_c))
+            }
         }
         value
+    }
+
+    /// Adds what a rough coat reflects, which is chosen with the probabilities `shares` from either end.
+    #[inline]
+    fn add_coat(
+        &self,
+        facets: &impl Microfacets,
+        value: &mut BsdfValue,
+        uv: Vec2,
+        (wl, wc): (Vec3A, Vec3A),
+        shares: (f32, f32),
+    ) {
+        let Some(m) = microfacet::unit(wl + wc) else { return };
+        let d = 0.25 * facets.d(m);
+        let reflected = fresnel::dielectric(wl.dot(m).abs(), self.eta).reflectance;
+        value.f += self.specular.eval(uv) * (reflected * d * facets.g2_reflect_over_cos(wl, wc));
+        value.pdf_lc += shares.0 * d * facets.g1_over_cos(wl);
+        value.pdf_cl += shares.1 * d * facets.g1_over_cos(wc);
     }
 
     #[inline]
@@ -161,9 +183,12 @@ impl Plastic {
                     let to = reflect_z(from);
                     return Some(BsdfSample { to, weight, pdf: coat, pdf_rev: coat, specular: true });
                 }
-                Some(Rough { ggx, .. }) => {
+                Some(Coat { facets, .. }) => {
                     let upper = from * side;
-                    let m = ggx.sample_visible(upper, u.1);
+                    let m = match facets {
+                        Rough::Ggx(facets) => facets.sample_visible(upper, u.1),
+                        Rough::Beckmann(facets) => facets.sample_visible(upper, u.1),
+                    };
                     (2.0 * upper.dot(m) * m - upper) * side
                 }
             }
@@ -206,13 +231,13 @@ fn diffuse_reflectance(reflectance: impl Fn(f32) -> f32) -> f32 {
 
 /// The shares that a rough boundary reflects and transmits of light at this cosine, of relative index `eta` on the far
 /// side: means over the visible facets, of what their shadowing lets out.
-fn directional(ggx: &Ggx, cos: f32, eta: f32) -> (f32, f32) {
+fn directional(facets: &impl Microfacets, cos: f32, eta: f32) -> (f32, f32) {
     let w = Vec3A::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
     let (mut reflected, mut transmitted) = (0.0f64, 0.0f64);
     for i in 0..STEPS {
         for j in 0..STEPS {
             let u = Vec2::new(i as f32 + 0.5, j as f32 + 0.5) / STEPS as f32;
-            let m = ggx.sample_visible(w, u);
+            let m = facets.sample_visible(w, u);
             let facing = w.dot(m);
             if facing <= 0.0 {
                 continue;
@@ -220,12 +245,12 @@ fn directional(ggx: &Ggx, cos: f32, eta: f32) -> (f32, f32) {
             let boundary = fresnel::dielectric(facing, eta);
             let up = 2.0 * facing * m - w;
             if up.z > 0.0 {
-                let masked = ggx.g2_reflect_over_cos(w, up) * up.z / ggx.g1_over_cos(w);
+                let masked = facets.g2_reflect_over_cos(w, up) * up.z / facets.g1_over_cos(w);
                 reflected += f64::from(boundary.reflectance * masked);
             }
             let down = (facing / eta - boundary.cos) * m - w / eta;
             if down.z < 0.0 {
-                let masked = ggx.g2_transmit_over_cos(w, down) * -down.z / ggx.g1_over_cos(w);
+                let masked = facets.g2_transmit_over_cos(w, down) * -down.z / facets.g1_over_cos(w);
                 transmitted += f64::from(boundary.transmittance * masked);
             }
         }
@@ -237,6 +262,7 @@ fn directional(ggx: &Ggx, cos: f32, eta: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::Ggx;
 
     #[test]
     fn a_smooth_boundary_throws_back_what_is_known() {
@@ -250,7 +276,7 @@ mod tests {
 
     #[test]
     fn a_nearly_smooth_rough_coat_is_a_smooth_one() {
-        let ggx = Ggx::new(0.002, Masking::Separable).unwrap().unwrap();
+        let ggx = Ggx::new(0.002, Masking::Separable);
         for cos in [0.2, 0.5, 0.9] {
             let (r, t) = directional(&ggx, cos, 1.5);
             let smooth = fresnel::dielectric(cos, 1.5);

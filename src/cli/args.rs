@@ -59,6 +59,9 @@ pub struct ImportArgs {
     /// The scene file to write; its meshes and pictures go into a folder beside it.
     #[arg(value_name = "OUT.toml")]
     pub out: PathBuf,
+    /// Write over a scene file that is there.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// An experiment, where its results are, and what is changed of it.
@@ -67,7 +70,7 @@ pub struct ExperimentArgs {
     /// The experiment file.
     #[arg(value_name = "EXPERIMENT.toml")]
     pub experiment: PathBuf,
-    /// Folder of the results [default: results/<experiment>].
+    /// Folder of the results [default: results/<experiment>, in the current folder].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Folder where rendered references are kept [default: .references beside the folder of results].
@@ -320,6 +323,9 @@ pub struct ReportArgs {
     /// A folder of results.
     #[arg(value_name = "DIR")]
     pub dir: PathBuf,
+    /// Show the images of all scenes at this exposure, in stops [default: those of the experiment file].
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse::stops)]
+    pub exposure: Option<f32>,
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::experiment::store::SceneKey;
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
-use crate::render::files::{OUTLIERS, RENDERING, Resolved, SCENE_CONTENTS, SCENE_FILE};
+use crate::render::files::{OUTLIERS, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
 use crate::transport::settings::Settings;
@@ -99,6 +99,9 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
         return Err(Error::file(path, message));
     }
     let file = read_layers(path)?;
+    if let Some(runs) = file.text(RUNS) {
+        return Err(Error::file(path, of_a_mean(path, runs)));
+    }
     let made = Made::of(path, &file)?;
     let Some(all) = largest(&file) else {
         let message = format!(
@@ -140,6 +143,28 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
     }
     print(words)?;
     Ok(ending)
+}
+
+/// What to explain instead of the mean over several runs.
+fn of_a_mean(path: &Path, runs: &str) -> String {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let is_run = |name: &str| name.starts_with("run-") && name.ends_with(".exr");
+    let mut beside: Vec<PathBuf> =
+        std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder })
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter(|entry| entry.file_name().to_str().is_some_and(is_run))
+            .map(|entry| folder.join(entry.file_name()))
+            .collect();
+    beside.sort();
+    let runs = if runs == "1" { "of a single run".to_owned() } else { format!("over {runs} runs") };
+    let where_to = match &beside[..] {
+        [] => "explain one of these: run-00.exr …, which are not beside it any more".to_owned(),
+        [one] => format!("explain that: {}", one.display()),
+        [first, .., last] => format!("explain one of these: {} to {}", first.display(), last.display()),
+    };
+    format!("is a mean {runs}, and has no samples of its own: {where_to}")
 }
 
 /// How a file was made, by its own words.

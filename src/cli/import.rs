@@ -10,7 +10,7 @@ use crate::scene::import::{Format, export};
 /// Translates the scene, sees that it can be rendered, and writes it.
 ///
 /// # Errors
-/// Where the scene cannot be read, or the files not be written.
+/// Where the scene cannot be read, or the files not be written; or where there is a file that was not to be written over.
 pub fn run(args: &ImportArgs) -> Result<Ending> {
     let Some(format) = Format::of(&args.scene) else {
         return Err(Error::file(
@@ -18,6 +18,11 @@ pub fn run(args: &ImportArgs) -> Result<Ending> {
             format!("not a format of others: expected {}", Format::ENDINGS),
         ));
     };
+    if !args.force && args.out.exists() {
+        let message =
+            "is there already, and may be more than an import: another name, or --force to write over it";
+        return Err(Error::file(&args.out, message));
+    }
     let (imported, scene) = while_loading(|| {
         let imported = format.read(&args.scene)?;
         let scene = from_import(&imported, &Overrides::default())?;

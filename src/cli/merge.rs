@@ -1,6 +1,7 @@
 //! `tyndall merge`: the parts of an experiment that several processes rendered become its results.
 
 use super::args::MergeArgs;
+use super::folder::announce;
 use super::progress::Progress;
 use super::run::{default_cache, open, show};
 use super::session::{Ending, stop_on_interrupt, with_threads};
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 /// A folder without anything to take over, or a reference that is nowhere; files that cannot be read or written.
 pub fn run(args: &MergeArgs) -> Result<Ending> {
     let (plan, out, cache) = open(&args.of)?;
+    announce(&args.of, &plan, &out);
     for dir in &args.from {
         let cells = dir.join(FOLDER);
         if !cells.is_dir() {

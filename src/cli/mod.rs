@@ -3,6 +3,7 @@
 pub mod args;
 pub mod compare;
 pub mod explain;
+pub mod folder;
 pub mod import;
 pub mod info;
 pub mod merge;
@@ -77,7 +78,7 @@ fn compare(args: &CompareArgs) -> Result<Ending> {
 }
 
 fn report(args: &ReportArgs) -> Result<Ending> {
-    let report = crate::report::report(&args.dir)?;
+    let report = crate::report::report_at(&args.dir, args.exposure)?;
     if let Some(origin) = results::read(&args.dir)?.source.filter(Origin::has_changed) {
         let here = std::env::current_dir().unwrap_or_default();
         let file = origin.file.strip_prefix(here).unwrap_or(&origin.file).display();

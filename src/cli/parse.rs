@@ -26,6 +26,14 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, as in 640x480".into())
 }
 
+/// `--exposure`: within what a float can be multiplied by.
+pub fn stops(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(stops) if stops.abs() <= 60.0 => Ok(stops),
+        _ => Err("expected a number of stops from -60 to 60".into()),
+    }
+}
+
 /// `--time`, in seconds: a number with the unit ms, s, m or h; without one it is seconds.
 pub fn duration(text: &str) -> Result<f64, String> {
     let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());

@@ -6,6 +6,7 @@
 //! MPI is called from the main thread alone. On rank 0 that one answers the others, and rendering has a thread of its own.
 
 use super::args::RunArgs;
+use super::folder::announce;
 use super::progress::{Progress, clock};
 use super::run::{alone, open, show};
 use super::session::{Ending, STOPPED, pool, stop_saying};
@@ -251,6 +252,7 @@ fn lead(args: &RunArgs, world: &SimpleCommunicator, crew: &Crew) -> Result<Endin
         "told to stop (mpirun does so where a rank died): what is done is kept, and the same command goes on from there",
     ))?;
     let loaded = Loaded::new(args)?;
+    announce(&args.of, &loaded.plan, &loaded.out);
     let cells = loaded.out.join(FOLDER);
     prepare_folder(&cells)?;
     let Some(_lock) = lock(&cells)? else {

@@ -1,6 +1,7 @@
 //! `tyndall run`, and what it has in common with `status` and `merge`.
 
 use super::args::{ExperimentArgs, RunArgs};
+use super::folder::announce;
 use super::progress::Progress;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 #[cfg(not(feature = "mpi"))]
@@ -39,6 +40,7 @@ pub fn run(args: &RunArgs) -> Result<Ending> {
 /// As [`run`].
 pub fn alone(args: &RunArgs) -> Result<Ending> {
     let (plan, out, cache) = open(&args.of)?;
+    announce(&args.of, &plan, &out);
     let stop = stop_on_interrupt()?;
     let part = args.shard.map_or(Part::All, |(index, of)| Part::Shard { index, of });
     let options = Options { out: &out, cache: &cache, stop: &stop, part };

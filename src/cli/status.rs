@@ -1,6 +1,7 @@
 //! `tyndall status`.
 
 use super::args::StatusArgs;
+use super::folder::announce;
 use super::progress::clock;
 use super::run::open;
 use super::session::{Ending, print, with_threads};
@@ -15,8 +16,12 @@ use std::path::Path;
 /// Anything wrong with the experiment or its scenes.
 pub fn run(args: &StatusArgs) -> Result<Ending> {
     let (plan, out, cache) = open(&args.of)?;
+    announce(&args.of, &plan, &out);
     let status = with_threads(args.of.threads, || status(&plan, &out, &cache))?;
     print(text(&status))?;
+    for hint in &status.hints {
+        print(format!("{hint}\n"))?;
+    }
     let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
     if args.prune {
         for (folder, _) in &status.stale {

@@ -1,6 +1,7 @@
 //! One estimator in one scene: its runs, their files and their numbers.
 
 use super::costs::{costs, file_name};
+use super::means::{MeanLayers, mean_of_maps};
 use super::measure::{CONFIDENCE, curve, estimate};
 use super::metrics::{Metric, relmse::EPSILON};
 use super::plan::{EstimatorPlan, Lengths, Plan, ScenePlan};
@@ -10,13 +11,12 @@ use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
 use super::store::{self, SceneKey, State, Unit};
-use super::work::{Got, Work, noise_in, without_noise};
+use super::work::{Got, Work, without_noise};
 use crate::error::{Error, Result};
-use crate::film::accumulator::mean_weight;
 use crate::film::exr::{self, LayeredImage};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
-use crate::film::{Film, Image, ScalarImage};
+use crate::film::{Image, ScalarImage};
 use crate::render::files::{OUTLIERS, Resolved, VARIANCE, dropped, layered, origin, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
@@ -249,7 +249,13 @@ impl<'a> SceneContext<'a> {
             checkpoints.extend(self.checkpoint(snapshot.iterations, snapshot.seconds, &snapshot.image)?);
         }
         let image = outcome.film.image();
-        checkpoints.extend(self.checkpoint(outcome.film.iterations(), outcome.seconds, &image)?);
+        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
+        if self.truth.is_some() {
+            let quick = self.plan.metrics.iter().filter(|m| is_quick(**m)).map(|m| m.description().key);
+            let metrics = quick.map(|key| (key.to_owned(), metrics[key])).collect();
+            let (spp, seconds) = (outcome.film.iterations(), outcome.seconds);
+            checkpoints.push(Checkpoint { spp, seconds, metrics });
+        }
         let exr = format!("{folder}/run-{index:02}.exr");
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
@@ -262,9 +268,12 @@ impl<'a> SceneContext<'a> {
         // There is no mean of them.
         file.layers.retain(|l| l.name != OUTLIERS);
         gathered.mean.add(file, &outcome.film);
-        let (metrics, measured) = self.metrics(&image, &mut gathered.maps)?;
-        let without_noise = |m| self.truth.map(|truth| without_noise(m, &image, truth)).transpose();
-        let (relmse, mse) = (without_noise(Metric::RelMse)?, without_noise(Metric::Mse)?);
+        // These two are kept whether or not they are among the experiment's metrics.
+        let always = |metric: Metric| match metrics.get(metric.description().key) {
+            Some(value) => Ok(Some(*value)),
+            None => self.truth.map(|truth| without_noise(metric, &image, truth)).transpose(),
+        };
+        let (relmse, mse) = (always(Metric::RelMse)?, always(Metric::Mse)?);
         gathered.runs.push(Run {
             index,
             seed: settings.seed,
@@ -312,7 +321,7 @@ impl<'a> SceneContext<'a> {
         for metric in &self.plan.metrics {
             let key = metric.description().key;
             let measurement = metric.measure(image, &truth.image)?;
-            let noise = noise_in(*metric, truth)?;
+            let noise = truth.noise(*metric)?;
             values.insert(key.to_owned(), measurement.value - noise.unwrap_or(0.0));
             if noise.is_some() {
                 measured.insert(key.to_owned(), measurement.value);
@@ -433,7 +442,7 @@ impl<'a> SceneContext<'a> {
         };
         let truth = self.truth?;
         let (plain, measured) = (over(|r| &r.metrics)?, over(|r| &r.measured));
-        let noise = noise_in(metric, truth).ok().flatten();
+        let noise = truth.noise(metric).ok().flatten();
         if noise.is_none() {
             return Some(Summary { metric: key.to_owned(), value: plain, noise, measured: None });
         }
@@ -542,74 +551,4 @@ impl<'a> SceneContext<'a> {
 /// Whether a metric is computed at each checkpoint: a sum over pixels is quick, FLIP's filters are not.
 fn is_quick(metric: Metric) -> bool {
     !matches!(metric, Metric::Flip | Metric::LdrFlip)
-}
-
-fn mean_of_maps(maps: &BTreeMap<String, ScalarImage>) -> LayeredImage {
-    let image = |map: &ScalarImage| Image {
-        width: map.width,
-        height: map.height,
-        pixels: map.values.iter().map(|v| [*v; 3]).collect(),
-    };
-    let layers: Vec<exr::Layer> =
-        maps.iter().map(|(key, map)| exr::Layer { name: key.clone(), image: image(map) }).collect();
-    let (width, height) = (layers[0].image.width, layers[0].image.height);
-    LayeredImage { width, height, origin: [0, 0], full_size: [width, height], layers, metadata: Vec::new() }
-}
-
-/// Layers of several runs, added up.
-#[derive(Default)]
-struct MeanLayers {
-    runs: u32,
-    /// The first run's, for all but the pixels.
-    shape: Option<LayeredImage>,
-    sums: Vec<Vec<[f64; 3]>>,
-    /// Of each layer of mean weights, by its name: sum of the weights and number of samples, pixel by pixel.
-    weights: BTreeMap<String, Vec<[f64; 2]>>,
-}
-
-impl MeanLayers {
-    fn add(&mut self, file: LayeredImage, film: &Film) {
-        for (kind, weights) in film.weights() {
-            match self.weights.get_mut(&kind.name()) {
-                None => drop(self.weights.insert(kind.name(), weights)),
-                Some(sums) => {
-                    sums.iter_mut().zip(weights).for_each(|(s, w)| *s = [s[0] + w[0], s[1] + w[1]]);
-                }
-            }
-        }
-        let wide = |p: &[f32; 3]| p.map(f64::from);
-        self.runs += 1;
-        let Some(shape) = &mut self.shape else {
-            self.sums = file.layers.iter().map(|l| l.image.pixels.iter().map(wide).collect()).collect();
-            self.shape = Some(file);
-            return;
-        };
-        // A run of a single iteration has no variance: then the mean has none either.
-        let keep: Vec<bool> = shape.layers.iter().map(|l| file.layer(&l.name).is_some()).collect();
-        let mut flags = keep.iter();
-        shape.layers.retain(|_| *flags.next().expect("one a layer"));
-        let mut flags = keep.iter();
-        self.sums.retain(|_| *flags.next().expect("one a layer"));
-        for (layer, sum) in shape.layers.iter().zip(&mut self.sums) {
-            let image = file.layer(&layer.name).expect("kept only where it is there");
-            for (s, p) in sum.iter_mut().zip(&image.pixels) {
-                (0..3).for_each(|c| s[c] += f64::from(p[c]));
-            }
-        }
-    }
-
-    /// The means; of variances, the variance of the mean; of weights, the mean over the samples of all runs.
-    fn finish(&self) -> LayeredImage {
-        let mut file = self.shape.clone().expect("there is at least one run");
-        let runs = f64::from(self.runs);
-        for (layer, sum) in file.layers.iter_mut().zip(&self.sums) {
-            let scale = if layer.name == VARIANCE { 1.0 / (runs * runs) } else { 1.0 / runs };
-            layer.image.pixels = match self.weights.get(&layer.name) {
-                Some(sums) => sums.iter().map(|[w, n]| [mean_weight(*w, *n) as f32; 3]).collect(),
-                None => sum.iter().map(|p| p.map(|v| (v * scale) as f32)).collect(),
-            };
-        }
-        file.metadata.push(("tyndall.runs".into(), self.runs.to_string()));
-        file
-    }
 }

@@ -174,7 +174,11 @@ impl<'a> Hand<'a> {
     }
 
     fn pieces_of_reference(&mut self, scene: usize, pieces: &mut Vec<Piece>) -> Result<()> {
-        let Some(making) = self.maker(&mut Silent).making(&self.plan.scenes[scene], &self.scenes[scene])?
+        let Some(making) = self.maker(&mut Silent).making(
+            &self.plan.scenes[scene],
+            &self.scenes[scene],
+            &self.keys[scene],
+        )?
         else {
             return Ok(());
         };
@@ -272,7 +276,7 @@ impl<'a> Hand<'a> {
             Task::ReferenceBlock { scene, first, count } => {
                 if !self.makings.contains_key(&scene) {
                     let (entry, loaded) = (&self.plan.scenes[scene], &self.scenes[scene]);
-                    let making = self.maker(observer).making(entry, loaded)?;
+                    let making = self.maker(observer).making(entry, loaded, &self.keys[scene])?;
                     self.makings.extend(making.map(|m| (scene, m)));
                 }
                 let making = &self.makings[&scene];
@@ -309,7 +313,7 @@ impl<'a> Hand<'a> {
     fn truth(&mut self, scene: usize, observer: &mut dyn Observer) -> Result<()> {
         if !self.truths.contains_key(&scene) {
             let (entry, loaded) = (&self.plan.scenes[scene], &self.scenes[scene]);
-            let truth = self.maker(observer).obtain(entry, loaded)?;
+            let truth = self.maker(observer).obtain(entry, loaded, &self.keys[scene])?;
             self.truths.insert(scene, truth);
         }
         Ok(())

@@ -4,14 +4,15 @@
 //! |---|---|
 //! | [`file`], [`overrides`] | the experiment file, and `--set` |
 //! | [`plan`], [`resolve`] | the file, checked and resolved |
-//! | [`run`], [`cell`] | from the plan to the results on disk |
+//! | [`run`], [`cell`], `means` | from the plan to the results on disk |
 //! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
-//! | [`status`] | what is done and what is left |
-//! | [`reference`] | what is measured against: rendered, kept, extended |
+//! | [`status`], [`moved`] | what is done and what is left; scenes that were called otherwise |
+//! | [`reference`], `blocks` | what is measured against: rendered, kept, extended |
 //! | [`metrics`], [`statistics`], [`measure`], [`split`] | errors of images, and numbers over runs |
 //! | [`shares`], [`costs`] | what each technique adds, causes and costs |
 //! | [`results`], [`numbers`], [`older`], [`csv`] | what is left behind |
 
+mod blocks;
 pub mod cell;
 mod contents;
 pub mod costs;
@@ -20,8 +21,10 @@ pub mod file;
 pub mod handout;
 pub mod hash;
 pub mod machine;
+mod means;
 pub mod measure;
 pub mod metrics;
+pub mod moved;
 pub mod numbers;
 pub mod older;
 pub mod overrides;

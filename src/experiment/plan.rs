@@ -41,6 +41,8 @@ pub struct Plan {
     pub scenes: Vec<ScenePlan>,
     /// In order; at least one.
     pub estimators: Vec<EstimatorPlan>,
+    /// What the file says that changes nothing.
+    pub warnings: Vec<String>,
 }
 
 /// Bounds on the lengths of paths, in segments; what is none is left to the next level: the estimator's come

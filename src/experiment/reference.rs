@@ -7,14 +7,15 @@
 //! are rendered; the blocks together are the weighted means of their images and variances. Blocks end at numbers of
 //! iterations that depend on the image's size alone, so that the same request gives the same bits everywhere.
 
-use super::contents;
+use super::blocks::{Block, Sum};
 use super::hash::{Hasher, REFERENCE_SEED};
+use super::metrics::{Metric, TABLE};
 use super::plan::{Lengths, ReferencePlan, ScenePlan};
 use super::results::ReferenceKind;
-use super::store;
+use super::store::{self, SceneKey};
 use crate::error::{Error, Result};
 use crate::film::Image;
-use crate::film::exr::{self, LayeredImage};
+use crate::film::exr;
 use crate::render::files::{RENDERING, Resolved, VARIANCE, layered, prepare_folder};
 use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
@@ -22,6 +23,7 @@ use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Samples of the longest block: iterations times pixels.
@@ -50,9 +52,30 @@ pub struct Truth {
     pub seed: Option<u64>,
     /// Whether it is short of what was asked for.
     pub partial: bool,
+    /// What its noise adds to each metric that was asked for.
+    pub(super) noise: Noise,
 }
 
+/// By the number of the metric; each is computed once, as a run is measured at every checkpoint.
+pub(super) type Noise = [OnceLock<Option<f64>>; TABLE.len()];
+
 impl Truth {
+    /// What its own noise adds to a metric; none where that is not known, or it is not one to which it adds up.
+    ///
+    /// # Errors
+    /// A variance that does not belong to the image.
+    pub fn noise(&self, metric: Metric) -> Result<Option<f64>> {
+        let known = &self.noise[metric as usize];
+        if let Some(noise) = known.get() {
+            return Ok(*noise);
+        }
+        let noise = match &self.variance {
+            Some(variance) => metric.reference_noise(&self.image, variance)?,
+            None => None,
+        };
+        Ok(*known.get_or_init(|| noise))
+    }
+
     /// Names the image and what is known of its variance.
     pub fn fingerprint(&self) -> String {
         let mut hasher = Hasher::default();
@@ -77,16 +100,16 @@ pub struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The reference of a scene, from its file or from the cache, rendered as far as it is not there.
+    /// The reference of a scene, whose contents `key` names, from its file or from the cache, rendered as far as it is not there.
     ///
     /// # Errors
     /// A file that cannot be read or is of another size; a cache that cannot be written.
-    pub fn obtain(&mut self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Truth>> {
+    pub fn obtain(&mut self, plan: &ScenePlan, scene: &Scene, key: &SceneKey) -> Result<Option<Truth>> {
         match &plan.reference {
             None => Ok(None),
             Some(ReferencePlan::File { path, file }) => read_file(path, file, scene).map(Some),
             Some(ReferencePlan::Render { .. }) => {
-                let making = self.making(plan, scene)?.expect("it is to be rendered");
+                let making = self.making(plan, scene, key)?.expect("it is to be rendered");
                 self.render(plan, scene, &making).map(Some)
             }
         }
@@ -95,8 +118,8 @@ impl Maker<'_> {
     /// How the reference of a scene is made, if it is rendered.
     ///
     /// # Errors
-    /// Settings that make no sense, and scene files that cannot be read.
-    pub fn making(&self, plan: &ScenePlan, scene: &Scene) -> Result<Option<Making>> {
+    /// Settings that make no sense.
+    pub fn making(&self, plan: &ScenePlan, scene: &Scene, key: &SceneKey) -> Result<Option<Making>> {
         let Some(ReferencePlan::Render { techniques, tracking, merging, paths, budget }) = &plan.reference
         else {
             return Ok(None);
@@ -110,7 +133,7 @@ impl Maker<'_> {
         settings.check_scene(scene)?;
         let settings = settings.pinned(scene);
         let resolved = Resolved::new(&plan.file, scene, &settings);
-        let name = format!("{}-{}", plan.key, &fingerprint(scene, &settings, &resolved)?[..16]);
+        let name = format!("{}-{}", plan.key, &fingerprint(key, &settings, &resolved)[..16]);
         Ok(Some(Making { dir: self.cache.join(name), settings, resolved, budget: *budget }))
     }
 
@@ -149,6 +172,7 @@ impl Maker<'_> {
             paths: Some(settings.paths),
             seed: Some(settings.seed),
             partial: budget.goes_on(sum.iterations, sum.seconds),
+            noise: Noise::default(),
         })
     }
 
@@ -184,7 +208,7 @@ impl Maker<'_> {
 
     fn extend(&mut self, sum: &mut Sum, scene: &Scene, making: &Making) -> Result<()> {
         while making.budget.goes_on(sum.iterations, sum.seconds) && !self.stop.requested() {
-            let count = next_block(sum.iterations, sum.seconds, sum.mean.len(), making.budget);
+            let count = next_block(sum.iterations, sum.seconds, sum.pixels(), making.budget);
             let before = (sum.iterations, sum.seconds);
             let Some(block) = making.block(scene, before, count, self.stop, self.observer)? else { break };
             sum.add(&block);
@@ -345,7 +369,7 @@ fn next_block(done: u64, seconds: f64, pixels: usize, budget: Budget) -> u64 {
 }
 
 /// Hash of all that a reference depends on.
-fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Result<String> {
+fn fingerprint(key: &SceneKey, settings: &Settings, resolved: &Resolved) -> String {
     let mut hasher = Hasher::default();
     hasher.field(RENDERING.as_bytes());
     // The scene goes in by contents, wherever it lies; paths by which they are, however that is written.
@@ -354,8 +378,8 @@ fn fingerprint(scene: &Scene, settings: &Settings, resolved: &Resolved) -> Resul
     words.as_object_mut().expect("a struct is an object").shift_remove("paths");
     hasher.field(words.to_string().as_bytes());
     hasher.field(&settings.paths.fingerprint());
-    contents::add(&mut hasher, scene)?;
-    Ok(hasher.hex())
+    hasher.field(key.contents().as_bytes());
+    hasher.hex()
 }
 
 fn film_size(scene: &Scene) -> (usize, usize) {
@@ -440,101 +464,14 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
         paths,
         seed: file.text("tyndall.seed").and_then(|t| t.parse().ok()),
         partial: false,
+        noise: Noise::default(),
         image,
     })
-}
-
-/// Some iterations of a render.
-struct Block {
-    iterations: u64,
-    seconds: f64,
-    mean: Image,
-    /// Of the mean; none for a single iteration.
-    variance: Option<Image>,
-}
-
-impl Block {
-    fn of(file: &LayeredImage, iterations: u64, seconds: f64) -> Self {
-        let mean = file.layer("").expect("checked by the readers, and there in what was rendered").clone();
-        let variance = file.layer(VARIANCE).filter(|_| iterations > 1).cloned();
-        Self { iterations, seconds, mean, variance }
-    }
-}
-
-/// Blocks put together [Chan et al. 1979].
-struct Sum {
-    size: (usize, usize),
-    iterations: u64,
-    seconds: f64,
-    mean: Vec<[f64; 3]>,
-    /// Sum of the squared deviations of the iterations from their mean.
-    deviations: Vec<[f64; 3]>,
-}
-
-impl Sum {
-    fn new(size: (usize, usize)) -> Self {
-        let pixels = vec![[0.0; 3]; size.0 * size.1];
-        Self { size, iterations: 0, seconds: 0.0, mean: pixels.clone(), deviations: pixels }
-    }
-
-    fn add(&mut self, block: &Block) {
-        let (a, b) = (self.iterations as f64, block.iterations as f64);
-        let n = a + b;
-        for (i, pixel) in block.mean.pixels.iter().enumerate() {
-            for (c, value) in pixel.iter().enumerate() {
-                let variance = block.variance.as_ref().map_or(0.0, |v| f64::from(v.pixels[i][c]));
-                let step = f64::from(*value) - self.mean[i][c];
-                // The variance of a mean of b iterations is their squared deviations over b (b − 1).
-                self.deviations[i][c] += variance * b * (b - 1.0) + step * step * a * b / n;
-                self.mean[i][c] += step * b / n;
-            }
-        }
-        self.iterations += block.iterations;
-        self.seconds += block.seconds;
-    }
-
-    /// The mean, and the variance of the mean.
-    fn images(&self) -> (Image, Image) {
-        let n = self.iterations as f64;
-        let image = |pixels: &[[f64; 3]], scale: f64| Image {
-            width: self.size.0,
-            height: self.size.1,
-            pixels: pixels.iter().map(|p| p.map(|v| (v * scale) as f32)).collect(),
-        };
-        (image(&self.mean, 1.0), image(&self.deviations, 1.0 / (n * (n - 1.0)).max(1.0)))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::rng::{Stream, StreamKind};
-
-    /// Mean and variance of the mean over values.
-    fn block(values: &[f32]) -> Block {
-        let n = values.len() as f64;
-        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / n;
-        let squares = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>();
-        let image = |v: f64| Image { width: 1, height: 1, pixels: vec![[v as f32; 3]] };
-        let variance = (n > 1.0).then(|| image(squares / (n * (n - 1.0))));
-        Block { iterations: values.len() as u64, seconds: n, mean: image(mean), variance }
-    }
-
-    #[test]
-    fn blocks_of_any_length_add_up_to_the_whole() {
-        let mut stream = Stream::new(1, 0, StreamKind::Other, 0);
-        let values: Vec<f32> = (0..100).map(|_| stream.next_1d()).collect();
-        let whole = block(&values);
-        let mut sum = Sum::new((1, 1));
-        for part in [&values[..1], &values[1..2], &values[2..50], &values[50..]] {
-            sum.add(&block(part));
-        }
-        let (mean, variance) = sum.images();
-        assert_eq!(sum.iterations, 100);
-        assert!((mean.pixels[0][0] - whole.mean.pixels[0][0]).abs() < 1e-6);
-        let expected = whole.variance.unwrap().pixels[0][0];
-        assert!((variance.pixels[0][0] / expected - 1.0).abs() < 1e-5, "{variance:?} {expected}");
-    }
 
     #[test]
     fn block_lengths_cover_the_budget() {

@@ -36,6 +36,7 @@ pub fn resolve(source: &Source) -> Result<Plan> {
     let estimators = resolver.estimators()?;
     let scenes = resolver.scenes()?;
     let figures = resolver.figures(&estimators, &scenes)?;
+    let warnings = resolver.warnings(&estimators)?;
     Ok(Plan {
         title: file.title.clone().unwrap_or_else(|| name.clone()),
         name,
@@ -49,6 +50,7 @@ pub fn resolve(source: &Source) -> Result<Plan> {
         figures,
         scenes,
         estimators,
+        warnings,
     })
 }
 
@@ -216,6 +218,34 @@ impl Resolver<'_> {
             self.source.error(span, e.to_string())
         })?;
         Ok(merging)
+    }
+
+    /// Entries of `merge` for techniques that are not there.
+    fn warnings(&self, estimators: &[EstimatorPlan]) -> Result<Vec<String>> {
+        let mut warnings = Vec::new();
+        let mut warn = |whose: &str, merge: &Option<Spanned<MergeDef>>, techniques: TechniqueSet| {
+            let Some(merge) = merge else { return };
+            for technique in merge.get_ref().idle(techniques) {
+                let key = technique.info().key;
+                warnings.push(format!(
+                    "{}: `{key}` in the `merge` of {whose} changes nothing: it is not among the techniques {techniques}",
+                    self.source.path().display()
+                ));
+            }
+        };
+        for (def, plan) in self.file.estimator.iter().zip(estimators) {
+            warn(&format!("estimator {}", plan.key), &def.get_ref().merge, plan.techniques);
+        }
+        let own = self.file.scene.iter().filter_map(|scene| scene.get_ref().reference.as_ref());
+        for reference in self.file.reference.iter().chain(own) {
+            let def = reference.get_ref();
+            if def.merge.is_some() {
+                let techniques =
+                    self.techniques("a reference", reference.span(), &def.preset, &def.techniques)?;
+                warn("the reference", &def.merge, techniques);
+            }
+        }
+        Ok(warnings)
     }
 
     /// How media on grids are gone through.

@@ -7,7 +7,7 @@ use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
 use super::store::{self, SceneKey};
-use super::{csv, machine};
+use super::{csv, machine, moved};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
 use crate::film::false_color::{Scale, paint};
@@ -159,7 +159,7 @@ impl Runner<'_> {
             // Who stops at an error needs the reference at once; else it is one piece of work among the others.
             let needed = self.plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
             let own = mine();
-            let truth = if needed || own { self.maker().obtain(entry, scene)? } else { None };
+            let truth = if needed || own { self.maker().obtain(entry, scene, &key)? } else { None };
             let context = SceneContext {
                 plan: self.plan,
                 entry,
@@ -191,15 +191,18 @@ impl Runner<'_> {
     fn scene(&mut self, index: usize, scene: &Scene) -> Result<()> {
         let (plan, options) = (self.plan, self.options);
         let entry = &plan.scenes[index];
+        let key = SceneKey::new(scene)?;
+        if let Some(hint) = moved::hint(plan, entry, &key, options.out) {
+            self.observer.note(&hint);
+        }
         prepare_folder(&options.out.join(&entry.key))?;
-        let truth = self.maker().obtain(entry, scene)?;
+        let truth = self.maker().obtain(entry, scene, &key)?;
         if let Some(truth) = &truth {
             self.results.scenes[index].reference = Some(write_reference(options.out, entry, scene, truth)?);
             if truth.partial {
                 self.results.warnings.push(format!("{}: the reference is incomplete", entry.key));
             }
         }
-        let key = SceneKey::new(scene)?;
         let context = SceneContext {
             plan,
             entry,
@@ -366,7 +369,7 @@ fn skeleton(plan: &Plan, scenes: &[Scene]) -> Results {
         estimators: plan.estimators.iter().map(|e| estimator_info(plan, e)).collect(),
         cells: Vec::new(),
         figures: plan.figures.clone(),
-        warnings: Vec::new(),
+        warnings: plan.warnings.clone(),
     }
 }
 

@@ -42,6 +42,7 @@ fn truth(image: Image, variance: f64) -> Truth {
         paths: None,
         seed: None,
         partial: false,
+        noise: Default::default(),
     }
 }
 

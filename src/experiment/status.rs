@@ -1,6 +1,7 @@
 //! How far an experiment has come: what is done, under way and left.
 
 use super::cell::SceneContext;
+use super::moved;
 use super::plan::Plan;
 use super::reference::{Maker, Making};
 use super::run::{clock, load_scenes};
@@ -63,6 +64,8 @@ pub struct Status {
     pub rows: Vec<Row>,
     /// Whether it is measured, in the end, what techniques cost.
     pub costs: bool,
+    /// Scenes whose runs are there under another name.
+    pub hints: Vec<String>,
     /// Folders of runs with other settings, contents or code, and the bytes in them.
     pub stale: Vec<(PathBuf, u64)>,
 }
@@ -75,14 +78,15 @@ pub struct Status {
 pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
     let scenes = load_scenes(plan)?;
     let (clock, stop) = (clock(), Stop::default());
-    let (mut references, mut rows) = (Vec::new(), Vec::new());
+    let (mut references, mut rows, mut hints) = (Vec::new(), Vec::new(), Vec::new());
     let mut current = HashSet::new();
     for (entry, scene) in plan.scenes.iter().zip(&scenes) {
         let key = SceneKey::new(scene)?;
+        hints.extend(moved::hint(plan, entry, &key, out));
         let measured = plan.estimators.iter().any(|e| matches!(e.budget, Budget::RelMse { .. }));
         let mut maker = Maker { cache, stop: &stop, observer: &mut Silent, frozen: true };
-        references.extend(maker.making(entry, scene)?.map(|making| reference(&entry.key, &making)));
-        let truth = if measured { maker.obtain(entry, scene).ok().flatten() } else { None };
+        references.extend(maker.making(entry, scene, &key)?.map(|making| reference(&entry.key, &making)));
+        let truth = if measured { maker.obtain(entry, scene, &key).ok().flatten() } else { None };
         let truth = truth.as_ref();
         let (key, clock, stop) = (&key, &clock, &stop);
         let context = SceneContext { plan, entry, scene, truth, out, key, clock, frozen: true, stop };
@@ -123,7 +127,7 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
             rows.push(row);
         }
     }
-    Ok(Status { references, rows, costs: plan.figures.costs, stale: stale(out, &current) })
+    Ok(Status { references, rows, costs: plan.figures.costs, hints, stale: stale(out, &current) })
 }
 
 /// How far a reference has come.

@@ -51,18 +51,7 @@ pub fn relmse(image: &Image, truth: &Truth) -> Result<f64> {
 /// # Errors
 /// Images that cannot be compared.
 pub fn without_noise(metric: Metric, image: &Image, truth: &Truth) -> Result<f64> {
-    Ok(metric.measure(image, &truth.image)?.value - noise_in(metric, truth)?.unwrap_or(0.0))
-}
-
-/// What the reference's own noise adds to a metric; none where that is not known, or it is not one to which it adds up.
-///
-/// # Errors
-/// A variance that does not belong to the image.
-pub fn noise_in(metric: Metric, truth: &Truth) -> Result<Option<f64>> {
-    Ok(match &truth.variance {
-        Some(variance) => metric.reference_noise(&truth.image, variance)?,
-        None => None,
-    })
+    Ok(metric.measure(image, &truth.image)?.value - truth.noise(metric)?.unwrap_or(0.0))
 }
 
 /// A run to be rendered.

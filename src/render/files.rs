@@ -26,6 +26,9 @@ pub const OUTLIERS: &str = crate::film::exr::OUTLIERS;
 /// Name of the metadata with the absolute path of the scene file.
 pub const SCENE_FILE: &str = "tyndall.sceneFile";
 
+/// Name of the metadata with the number of runs, in an image that is a mean over them.
+pub const RUNS: &str = "tyndall.runs";
+
 /// Name of the metadata with a hash of the contents of the scene's files.
 pub const SCENE_CONTENTS: &str = "tyndall.sceneContents";
 

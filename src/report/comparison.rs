@@ -215,7 +215,7 @@ fn note(view: &SceneView, runs: u32) -> String {
     )
 }
 
-fn signed(stops: f32) -> String {
+pub(super) fn signed(stops: f32) -> String {
     format!("{stops:+.1}").replace('-', "−")
 }
 

@@ -2,8 +2,8 @@
 //! the error of each part under it.
 
 use super::face;
-use super::markup::Markup;
-use super::montage::{frame, image, svg};
+use super::markup::{Markup, svg};
+use super::montage::{frame, image};
 use super::palette::{Ink, Role};
 use super::paper::{LEAST_IMAGE, Paper};
 use super::picture::Picture;
@@ -71,7 +71,7 @@ impl Insets {
         let paper = paper.unwrap_or_else(free);
         let plan = self.plan(&paper);
         let height = self.height(&paper, &plan);
-        svg(&self.title, [paper.width, height], paper.font, |m| {
+        svg(&self.title, [paper.width, height], paper.font, Ink::Paper, &[], |m| {
             let blocks = self.blocks(&plan);
             let mut y = 0.0;
             let edge = 0.5 * self.pen(&paper);

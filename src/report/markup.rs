@@ -1,5 +1,6 @@
 //! HTML and SVG text in which every element that is opened is closed, and every text is escaped.
 
+use super::palette::{Ink, Role};
 use std::fmt::{self, Display, Write};
 
 /// An attribute: its name, and anything that prints.
@@ -95,6 +96,38 @@ impl Markup {
     fn text_of(&mut self, value: &dyn Display) {
         write!(Escaped(&mut self.text), "{value}").expect("writing to a string does not fail");
     }
+}
+
+/// An SVG drawing with letters of one size: the content of a file of its own, on white where it is for paper. `attributes` are
+/// more of its root's.
+pub(super) fn svg(
+    title: &str,
+    [width, height]: [f64; 2],
+    font: f64,
+    ink: Ink,
+    attributes: &[Attribute],
+    fill: impl FnOnce(&mut Markup),
+) -> String {
+    let view = format!("0 0 {width} {height}");
+    let (text, ground) = (ink.color(Role::Text), ink.color(Role::Ground));
+    let mut root: Vec<Attribute> = vec![
+        ("xmlns", &"http://www.w3.org/2000/svg"),
+        ("viewBox", &view),
+        ("width", &width),
+        ("height", &height),
+        ("font-size", &font),
+        ("fill", &text),
+    ];
+    root.extend(attributes);
+    let mut m = Markup::default();
+    m.tag("svg", &root, |m| {
+        m.leaf("title", &[], title);
+        if ink == Ink::Paper {
+            m.void("rect", &[("width", &width), ("height", &height), ("fill", &ground)]);
+        }
+        fill(m);
+    });
+    m.into_string()
 }
 
 /// A name as part of an id or a file name: ASCII letters, digits and single dashes; never empty.

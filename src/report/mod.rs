@@ -11,6 +11,7 @@
 //! | `table`, `statistics` | metrics with intervals, and who is best |
 //! | `convergence`, `plot`, `curve`, `axis`, `palette` | error against samples and time |
 //! | `contributions`, `techniques`, `pyramid`, `layers` | contributions of techniques, and of (s, t) |
+//! | `verdict` | which estimator is best, and what the other loses by |
 //! | `why` | what each technique adds, causes and costs; maps of variance and bias |
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
@@ -48,12 +49,14 @@ mod table;
 mod techniques;
 #[cfg(test)]
 mod tests;
+mod verdict;
 mod viewer;
 mod why;
 
 use crate::error::{Error, Result};
 use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
+use comparison::signed;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -79,7 +82,25 @@ pub struct ReportSummary {
 /// # Errors
 /// No results in the folder, damaged ones, or a file that cannot be written.
 pub fn report(dir: &Path) -> Result<ReportSummary> {
-    let results = results::read(dir)?;
+    report_at(dir, None)
+}
+
+/// [`report`] with the images of all scenes at another exposure than the experiment file's, in stops; the page says so.
+///
+/// # Errors
+/// As [`report`].
+pub fn report_at(dir: &Path, exposure: Option<f32>) -> Result<ReportSummary> {
+    let mut results = results::read(dir)?;
+    if let Some(stops) = exposure {
+        for scene in &mut results.scenes {
+            let said = (scene.exposure != stops)
+                .then(|| format!(" instead of {}, as the experiment has it", signed(scene.exposure)));
+            let note =
+                format!("Shown at an exposure of {} stops{}.", signed(stops), said.unwrap_or_default());
+            scene.caption = [scene.caption.as_str(), &note].join("\n\n").trim().to_owned();
+            scene.exposure = stops;
+        }
+    }
     let dir = if dir.is_file() { dir.parent().unwrap_or(Path::new(".")) } else { dir };
     report_of(dir, &results)
 }

@@ -1,7 +1,7 @@
 //! Rows of labelled images as an SVG file of its own: for papers and slides.
 
 use super::face;
-use super::markup::Markup;
+use super::markup::{Markup, svg};
 use super::palette::{Ink, Role};
 use super::paper::{LEAST_IMAGE, Paper};
 use super::picture::Picture;
@@ -175,7 +175,7 @@ impl Montage {
     fn drawn(&self, style: &Style, width: f64, top: f64, lines: &[Line], beside: &str) -> String {
         let height = top + lines.iter().map(|l| l.height(style)).sum::<f64>();
         let height = if width.fract() == 0.0 { height.round() } else { height };
-        svg(&self.title, [width, height], style.font, |m| {
+        svg(&self.title, [width, height], style.font, Ink::Paper, &[], |m| {
             m.raw(beside);
             let mut y = top;
             for line in lines {
@@ -184,37 +184,6 @@ impl Montage {
             }
         })
     }
-}
-
-/// An SVG file on white with letters of one size.
-pub(super) fn svg(
-    title: &str,
-    [width, height]: [f64; 2],
-    font: f64,
-    fill: impl FnOnce(&mut Markup),
-) -> String {
-    let view = format!("0 0 {width} {height}");
-    let mut m = Markup::default();
-    m.tag(
-        "svg",
-        &[
-            ("xmlns", &"http://www.w3.org/2000/svg"),
-            ("viewBox", &view),
-            ("width", &width),
-            ("height", &height),
-            ("font-size", &font),
-            ("fill", &Ink::Paper.color(Role::Text)),
-        ],
-        |m| {
-            m.leaf("title", &[], title);
-            m.void(
-                "rect",
-                &[("width", &width), ("height", &height), ("fill", &Ink::Paper.color(Role::Ground))],
-            );
-            fill(m);
-        },
-    );
-    m.into_string()
 }
 
 impl Line<'_> {

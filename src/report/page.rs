@@ -7,7 +7,7 @@ use super::markup::Markup;
 use super::numbers::{bytes, count, plural, significant};
 use super::palette::css_variables;
 use super::viewer::Role;
-use super::{contributions, convergence, pyramid, reproduce, table, techniques, why};
+use super::{contributions, convergence, pyramid, reproduce, table, techniques, verdict, why};
 use crate::experiment::results::Cell;
 use crate::film::exr::LayeredImage;
 use crate::render::files::all_paths;
@@ -173,6 +173,9 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
     m.tag("section", &[("id", &view.id), ("class", &"scene"), ("data-scene", &view.scene.key)], |m| {
         m.leaf("h2", &[], &view.scene.label);
         paragraphs(m, "caption", &view.scene.caption);
+        if let Some(text) = verdict::verdict(view) {
+            m.leaf("p", &[("class", &"verdict")], text);
+        }
         warnings(m, "Warnings", &scene_warnings(view));
         if let Some(paths) = paths(view) {
             m.leaf("p", &[("class", &"note")], paths);

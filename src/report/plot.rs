@@ -3,7 +3,7 @@
 use super::axis::LogAxis;
 use super::curve::{Axes, Curve, Px, draw_band, draw_mean, draw_runs, drawable, scaled_dashes};
 use super::face::{self, shortened, wrapped};
-use super::markup::Markup;
+use super::markup::{Attribute, Markup, svg};
 use super::palette::{Ink, Role, marker};
 use super::paper::{CENTIMETRE, Paper};
 
@@ -161,45 +161,23 @@ impl Plot {
             }
             None => [WIDTH, HEIGHT],
         };
-        let view = format!("0 0 {width} {height}");
-        let mut m = Markup::default();
-        m.tag(
-            "svg",
-            &[
-                ("xmlns", &"http://www.w3.org/2000/svg"),
-                ("viewBox", &view),
-                ("width", &width),
-                ("height", &height),
-                ("role", &"img"),
-                ("font-family", &FONT),
-                ("font-size", &place.font),
-                ("fill", &ink.color(Role::Text)),
-            ],
-            |m| {
-                m.leaf("title", &[], &about);
-                if ink == Ink::Paper {
-                    m.void(
-                        "rect",
-                        &[("width", &width), ("height", &height), ("fill", &ink.color(Role::Ground))],
-                    );
-                }
-                if paper.is_none() {
-                    m.leaf(
-                        "text",
-                        &[("x", &PANEL[0]), ("y", &20), ("font-size", &15), ("font-weight", &600)],
-                        shortened(&self.title, WIDTH - PANEL[0] - 10.0, 15.0),
-                    );
-                }
-                match self.axes(&place) {
-                    Some(axes) => self.draw(m, ink, &place, &axes),
-                    None => Self::draw_nothing(m, ink, &place),
-                }
-                if let Some(paper) = paper {
-                    self.draw_notes(m, ink, &paper, &notes, place.x_label() + 0.4 * paper.font);
-                }
-            },
-        );
-        m.into_string()
+        let own: [Attribute; 2] = [("role", &"img"), ("font-family", &FONT)];
+        svg(&about, [width, height], place.font, ink, &own, |m| {
+            if paper.is_none() {
+                m.leaf(
+                    "text",
+                    &[("x", &PANEL[0]), ("y", &20), ("font-size", &15), ("font-weight", &600)],
+                    shortened(&self.title, WIDTH - PANEL[0] - 10.0, 15.0),
+                );
+            }
+            match self.axes(&place) {
+                Some(axes) => self.draw(m, ink, &place, &axes),
+                None => Self::draw_nothing(m, ink, &place),
+            }
+            if let Some(paper) = paper {
+                self.draw_notes(m, ink, &paper, &notes, place.x_label() + 0.4 * paper.font);
+            }
+        })
     }
 
     fn draw_nothing(m: &mut Markup, ink: Ink, place: &Place) {

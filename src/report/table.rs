@@ -139,7 +139,7 @@ fn efficiency_columns(view: &SceneView) -> Vec<Column> {
 }
 
 /// A ratio with its interval, and a word where it may be 1.
-fn ratio_text(r: &Ratio) -> String {
+pub(super) fn ratio_text(r: &Ratio) -> String {
     let (value, interval) = match *r {
         Ratio::Bare(value) => return format!("{}×", significant(value, 3)),
         Ratio::Known(value, None) => {

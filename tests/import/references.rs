@@ -145,6 +145,13 @@ fn surfaces_are_as_in_mitsuba() {
     assert_twin("surfaces", &[("pt", 64), ("bpt", 32), ("upbp", 16)]);
 }
 
+/// What a rough surface of Mitsuba's is that says nothing of its distribution. Mitsuba's masking is a fit, up to 0.4% off
+/// at grazing directions, which is less than is seen here.
+#[test]
+fn beckmanns_surfaces_are_as_in_mitsuba() {
+    assert_twin("beckmann", &[("pt", 64), ("bpt", 32), ("upbp", 16)]);
+}
+
 #[test]
 fn media_are_as_in_mitsuba() {
     assert_twin("media", &[("bpt", 32), ("upbp", 16)]);

@@ -62,8 +62,8 @@ fn mitsuba_elements_are_refused_at_their_place() {
             "a.xml:6:22: <bsdf type=\"principled\">: this kind of BSDF",
         ),
         (
-            "<shape type=\"sphere\"><bsdf type=\"roughconductor\"/></shape>",
-            "a.xml:6:22: <bsdf type=\"roughconductor\">: the distribution `beckmann`",
+            "<shape type=\"sphere\"><bsdf type=\"roughplastic\"><string name=\"distribution\" value=\"phong\"/></bsdf></shape>",
+            "a.xml:6:48: <string name=\"distribution\">: there is no distribution `phong`: it is `beckmann` or `ggx`",
         ),
         (
             "<shape type=\"sphere\"><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"2\"/></bsdf></shape>",

@@ -24,6 +24,16 @@ fn tolerance(row: &Row) -> f32 {
     if row.name.contains("polished") || row.name.contains("narrow") { 2e-3 } else { 2e-4 }
 }
 
+/// As [`tolerance`], for light between two directions. At the critical angle a facet's transmittance goes by the root of
+/// what the angle lacks, and so does what the rounding of a cosine makes of it.
+fn tolerance_between(row: &Row, a: Vec3A, b: Vec3A) -> f32 {
+    let (inside, reflected) = (a.z < 0.0, a.z * b.z > 0.0);
+    let across = if inside { 1.0 / row.eta } else { row.eta };
+    let sin2 = 0.25 * (a - b).length_squared();
+    let critical = reflected && (sin2 - across * across).abs() < 1e-5;
+    if critical { 0.02 } else { tolerance(row) }
+}
+
 #[test]
 fn a_sample_says_what_evaluate_says() {
     for row in smooth() {
@@ -38,7 +48,7 @@ fn a_sample_says_what_evaluate_says() {
                 made += 1;
                 let (wl, wc) = mode.order(from, b.to);
                 let value = row.material.evaluate(UV, wl, wc);
-                let tolerance = tolerance(&row);
+                let tolerance = tolerance_between(&row, from, b.to);
                 let what = || format!("{} {mode:?} from {from} to {}: {b:?} {value:?}", row.name, b.to);
                 assert!(b.to.is_normalized(), "{}", what());
                 assert!(close_rgb(b.weight * b.pdf, value.f * b.to.z.abs(), tolerance), "{}", what());
@@ -94,9 +104,10 @@ fn reciprocity_holds_with_eta_squared() {
             let (ab, ba) = (row.material.evaluate(UV, a, b), row.material.evaluate(UV, b, a));
             // f(a → b)/η_b² = f(b → a)/η_a².
             let scale = radiance_to_energy(row.eta, a, b);
-            assert!(close_rgb(ab.f, ba.f * scale, tolerance(&row)), "{}: {a} {b} {ab:?} {ba:?}", row.name);
-            assert!(close(ab.pdf_lc, ba.pdf_cl, tolerance(&row)), "{}: {a} {b}", row.name);
-            assert!(close(ab.pdf_cl, ba.pdf_lc, tolerance(&row)), "{}: {a} {b}", row.name);
+            let tolerance = tolerance_between(&row, a, b);
+            assert!(close_rgb(ab.f, ba.f * scale, tolerance), "{}: {a} {b} {ab:?} {ba:?}", row.name);
+            assert!(close(ab.pdf_lc, ba.pdf_cl, tolerance), "{}: {a} {b}", row.name);
+            assert!(close(ab.pdf_cl, ba.pdf_lc, tolerance), "{}: {a} {b}", row.name);
             positive += u32::from(ab.f.max_element() > 0.0);
         }
         assert!(positive > 5000, "{}: {positive}", row.name);

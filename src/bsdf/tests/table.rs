@@ -32,6 +32,15 @@ pub fn glass(eta: f32, alpha: f32) -> Material {
     Material::Dielectric(Dielectric::new(eta, 1.0, alpha, grey(1.0), grey(1.0)).unwrap())
 }
 
+/// A rough metal or glass with Beckmann's distribution.
+pub fn beckmann(material: Material) -> Material {
+    match material {
+        Material::Conductor(m) => Material::Conductor(m.with_distribution(NormalDistribution::Beckmann)),
+        Material::Dielectric(m) => Material::Dielectric(m.with_distribution(NormalDistribution::Beckmann)),
+        other => panic!("{other:?} has no distribution to be set"),
+    }
+}
+
 pub fn tinted_glass(alpha: f32) -> Material {
     Material::Dielectric(Dielectric::new(1.6, 1.2, alpha, rgb(0.3, 0.5, 0.2), rgb(0.1, 0.8, 0.9)).unwrap())
 }
@@ -49,12 +58,17 @@ pub fn mirror(v: f32) -> Material {
 }
 
 pub fn plastic(roughness: f32, nonlinear: bool) -> Material {
+    plastic_of(NormalDistribution::Ggx, roughness, nonlinear)
+}
+
+pub fn plastic_of(distribution: NormalDistribution, roughness: f32, nonlinear: bool) -> Material {
     let settings = PlasticSettings {
         diffuse: rgb(0.7, 0.3, 0.1),
         specular: rgb(0.9, 1.0, 0.8),
         ior: 1.5,
         exterior_ior: 1.0,
         roughness,
+        distribution,
         masking: Masking::Separable,
         nonlinear,
     };
@@ -73,10 +87,25 @@ fn row(name: &str, material: Material, eta: f32) -> Row {
     Row { name: name.to_owned(), material, eta }
 }
 
+/// The rows of [`broad`] with Beckmann's distribution.
+fn broad_beckmann() -> Vec<Row> {
+    let bare = Conductor::without_fresnel(0.3, grey(0.8)).unwrap().with_masking(Masking::Separable);
+    vec![
+        row("Beckmann's gold", beckmann(metal("gold", 0.2)), 1.0),
+        row("Beckmann's roughest iron", beckmann(metal("Fe", 1.0)), 1.0),
+        row("Beckmann, no Fresnel, separable", beckmann(Material::Conductor(bare)), 1.0),
+        row("Beckmann's plastic", plastic_of(NormalDistribution::Beckmann, 0.3, true), 1.0),
+        row("Beckmann's glass", beckmann(glass(1.5, 0.2)), 1.5),
+        row("Beckmann's roughest glass", beckmann(glass(1.5, 1.0)), 1.5),
+        row("Beckmann's bubble", beckmann(glass(0.75, 0.4)), 0.75),
+        row("Beckmann's tinted glass", beckmann(tinted_glass(0.5)), 1.6 / 1.2),
+    ]
+}
+
 /// Everything with a smooth lobe that is broad enough to be binned over the whole sphere.
 pub fn broad() -> Vec<Row> {
     let bare = Conductor::without_fresnel(0.3, grey(0.8)).unwrap().with_masking(Masking::Separable);
-    vec![
+    let mut rows = vec![
         row("diffuse", diffuse(0.2, 0.9, 0.5), 1.0),
         row("rough gold", metal("gold", 0.2), 1.0),
         row("roughest iron", metal("Fe", 1.0), 1.0),
@@ -102,7 +131,9 @@ pub fn broad() -> Vec<Row> {
             layered(vec![(0.4, glass(1.5, 0.3)), (0.5, phong(30.0)), (0.1, glass(1.5, 0.0))]),
             1.5,
         ),
-    ]
+    ];
+    rows.extend(broad_beckmann());
+    rows
 }
 
 /// Everything with a smooth lobe: the broad ones, and lobes that are narrow.
@@ -112,6 +143,8 @@ pub fn smooth() -> Vec<Row> {
         row("polished silver", metal("silver", 0.01), 1.0),
         row("polished glass", glass(1.5, 0.02), 1.5),
         row("narrow phong", phong(3000.0), 1.0),
+        row("Beckmann's polished silver", beckmann(metal("silver", 0.01)), 1.0),
+        row("Beckmann's polished glass", beckmann(glass(1.5, 0.02)), 1.5),
     ]);
     rows
 }

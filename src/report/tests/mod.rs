@@ -2,6 +2,7 @@
 
 mod layout;
 mod synthetic;
+mod verdict;
 
 use super::markup::imbalance;
 use super::{ReportSummary, report, report_of};

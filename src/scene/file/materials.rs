@@ -2,13 +2,14 @@
 
 use super::context::Context;
 use super::schema::{
-    ConductorDef, DielectricDef, LayeredDef, MaskingKind, MaterialDef, Named, PlasticDef, SidedDef,
+    ConductorDef, DielectricDef, DistributionKind, LayeredDef, MaskingKind, MaterialDef, Named, PlasticDef,
+    SidedDef,
 };
 use super::source::Span;
 use super::textures::Textures;
 use crate::bsdf::{
-    Conductor, Dielectric, Diffuse, Layered, Masking, Material, Mirror, Phong, Plastic, PlasticSettings,
-    Sided, Thin, metals,
+    Conductor, Dielectric, Diffuse, Layered, Masking, Material, Mirror, NormalDistribution, Phong, Plastic,
+    PlasticSettings, Sided, Thin, metals,
 };
 use crate::error::Result;
 use crate::math::Rgb;
@@ -156,7 +157,9 @@ fn conductor(
         (None, None, None) if def.reflectance.is_some() => Conductor::without_fresnel(roughness, tint),
         _ => Err("a conductor has either `metal`, or both `eta` and `k`, or `reflectance` alone".into()),
     };
-    let built = built.map(|conductor| conductor.with_masking(masking(def.masking)));
+    let built = built.map(|conductor| {
+        conductor.with_distribution(distribution(def.distribution)).with_masking(masking(def.masking))
+    });
     context.at(span, built).map(Material::Conductor)
 }
 
@@ -175,7 +178,9 @@ fn dielectric(
     let built = built.map_err(|e| {
         e.replace("int_ior", "ior").replace("ext_ior", "exterior_ior").replace("alpha", "roughness")
     });
-    let built = built.map(|dielectric| dielectric.with_masking(masking(def.masking)));
+    let built = built.map(|dielectric| {
+        dielectric.with_distribution(distribution(def.distribution)).with_masking(masking(def.masking))
+    });
     context.at(span, built).map(Material::Dielectric)
 }
 
@@ -190,6 +195,7 @@ fn plastic(context: &mut Context, textures: &mut Textures, span: Span, def: &Pla
         ior: number(def.ior, 1.5),
         exterior_ior: number(def.exterior_ior, 1.0),
         roughness: def.roughness.map_or(0.0, |r| r.get()),
+        distribution: distribution(def.distribution),
         masking: masking(def.masking),
         nonlinear: def.nonlinear,
     };
@@ -217,6 +223,13 @@ fn sided(
     };
     let (front, back) = (face(&def.front)?, face(&def.back)?);
     context.at(0..0, Sided::new(front, back)).map(Material::Sided)
+}
+
+fn distribution(kind: DistributionKind) -> NormalDistribution {
+    match kind {
+        DistributionKind::Ggx => NormalDistribution::Ggx,
+        DistributionKind::Beckmann => NormalDistribution::Beckmann,
+    }
 }
 
 fn masking(kind: MaskingKind) -> Masking {

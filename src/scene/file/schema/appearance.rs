@@ -100,9 +100,9 @@ choice! {
         "diffuse" => Diffuse(DiffuseDef),
         /// A perfect mirror.
         "mirror" => Mirror(MirrorDef),
-        /// A metal; smooth or rough (GGX).
+        /// A metal; smooth or rough.
         "conductor" => Conductor(ConductorDef),
-        /// Glass, water; smooth or rough (GGX).
+        /// Glass, water; smooth or rough.
         "dielectric" => Dielectric(DielectricDef),
         /// A diffuse base and a Phong lobe about the mirror direction.
         "phong" => Phong(PhongDef),
@@ -110,7 +110,7 @@ choice! {
         "layered" => Layered(LayeredDef),
         /// A thin pane of glass: it reflects, and lets through straight on what it does not.
         "thin" => Thin(ThinDef),
-        /// A diffuse base under a clear coat; smooth or rough (GGX).
+        /// A diffuse base under a clear coat; smooth or rough.
         "plastic" => Plastic(PlasticDef),
         /// One opaque material on the outside, another one inside.
         "sided" => Sided(SidedDef),
@@ -135,7 +135,7 @@ pub struct MirrorDef {
     pub reflectance: Option<Spanned<Albedo>>,
 }
 
-/// `conductor = { metal, roughness, masking, reflectance }`, or with `eta` and `k` instead of `metal`; with
+/// `conductor = { metal, roughness, distribution, masking, reflectance }`, or with `eta` and `k` instead of `metal`; with
 /// `reflectance` alone it reflects that from every direction, without Fresnel's formula.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
@@ -146,8 +146,11 @@ pub struct ConductorDef {
     pub eta: Option<Color<AboveZero>>,
     /// The imaginary part of the index of refraction, relative to the outside.
     pub k: Option<Color>,
-    /// GGX's α, from 0 to 1; default 0: smooth.
+    /// α of the facets, from 0 to 1; default 0: smooth.
     pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how the facets' normals are distributed; default `ggx`.
+    #[serde(default)]
+    pub distribution: DistributionKind,
     /// With roughness: how masking and shadowing go together; default `correlated`.
     #[serde(default)]
     pub masking: MaskingKind,
@@ -155,7 +158,7 @@ pub struct ConductorDef {
     pub reflectance: Option<Spanned<Albedo>>,
 }
 
-/// `dielectric = { ior, exterior_ior, roughness, masking, reflectance, transmittance }`.
+/// `dielectric = { ior, exterior_ior, roughness, distribution, masking, reflectance, transmittance }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct DielectricDef {
@@ -163,8 +166,11 @@ pub struct DielectricDef {
     pub ior: Option<Positive>,
     /// Index of refraction outside; default 1.
     pub exterior_ior: Option<Positive>,
-    /// GGX's α, from 0 to 1; default 0: smooth.
+    /// α of the facets, from 0 to 1; default 0: smooth.
     pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how the facets' normals are distributed; default `ggx`.
+    #[serde(default)]
+    pub distribution: DistributionKind,
     /// With roughness: how masking and shadowing go together; default `correlated`.
     #[serde(default)]
     pub masking: MaskingKind,
@@ -172,6 +178,17 @@ pub struct DielectricDef {
     pub reflectance: Option<Spanned<Albedo>>,
     /// Multiplies what is transmitted; default 1, which is physical.
     pub transmittance: Option<Spanned<Albedo>>,
+}
+
+/// How the normals of a rough surface's facets are distributed.
+#[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum DistributionKind {
+    /// With long tails, as of ground glass.
+    #[default]
+    Ggx,
+    /// Of slopes that are distributed normally.
+    Beckmann,
 }
 
 /// How masking and shadowing of a rough surface's facets go together.
@@ -220,7 +237,7 @@ pub struct ThinDef {
     pub transmittance: Option<Spanned<Albedo>>,
 }
 
-/// `plastic = { diffuse, specular, ior, exterior_ior, roughness, masking, nonlinear }`.
+/// `plastic = { diffuse, specular, ior, exterior_ior, roughness, distribution, masking, nonlinear }`.
 #[derive(Deserialize, Debug)]
 #[serde(deny_unknown_fields)]
 pub struct PlasticDef {
@@ -232,8 +249,11 @@ pub struct PlasticDef {
     pub ior: Option<Positive>,
     /// Index of refraction outside; default 1.
     pub exterior_ior: Option<Positive>,
-    /// GGX's α of the coat, from 0 to 1; default 0: smooth.
+    /// α of the coat's facets, from 0 to 1; default 0: smooth.
     pub roughness: Option<Checked<Fraction>>,
+    /// With roughness: how the facets' normals are distributed; default `ggx`.
+    #[serde(default)]
+    pub distribution: DistributionKind,
     /// With roughness: how masking and shadowing go together; default `correlated`.
     #[serde(default)]
     pub masking: MaskingKind,

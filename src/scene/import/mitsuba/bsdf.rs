@@ -224,23 +224,29 @@ impl Translator<'_> {
         }
     }
 
-    /// α of a rough surface; 0 for a smooth one.
-    fn roughness(&self, bsdf: &Element) -> Result<f64> {
+    /// The entries of a rough surface, with the masking that Mitsuba has; none for a smooth one.
+    fn roughness(&self, bsdf: &Element) -> Result<String> {
         if !bsdf.kind()?.starts_with("rough") {
-            return Ok(0.0);
+            return Ok(String::new());
         }
-        let distribution = bsdf.string("distribution")?.unwrap_or("beckmann");
-        if distribution != "ggx" {
-            let place = bsdf.property("distribution").map_or(bsdf, |d| d);
-            let message = format!("the distribution `{distribution}` is not supported: give `ggx`");
-            return Err(place.unsupported(&message));
-        }
+        let distribution = match bsdf.string("distribution")?.unwrap_or("beckmann") {
+            "beckmann" => ", distribution = \"beckmann\"",
+            "ggx" => "",
+            other => {
+                let place = bsdf.property("distribution").map_or(bsdf, |d| d);
+                let message = format!("there is no distribution `{other}`: it is `beckmann` or `ggx`");
+                return Err(place.unsupported(&message));
+            }
+        };
         let alpha = constant(bsdf, "alpha", 0.1)?;
         let (u, v) = (constant(bsdf, "alpha_u", alpha)?, constant(bsdf, "alpha_v", alpha)?);
-        match u == v {
-            true => Ok(u),
-            false => Err(bsdf.unsupported("`alpha_u` and `alpha_v` differ: anisotropy is not supported")),
+        if u != v {
+            return Err(bsdf.unsupported("`alpha_u` and `alpha_v` differ: anisotropy is not supported"));
         }
+        Ok(match u {
+            0.0 => String::new(),
+            _ => format!("{}{distribution}, masking = \"separable\"", number_entry("roughness", u, 0.0)),
+        })
     }
 
     fn dielectric(&mut self, bsdf: &Element) -> Result<Definition> {
@@ -263,7 +269,7 @@ impl Translator<'_> {
             "{kind} = {{ ior = {}, exterior_ior = {}{}{}{} }}",
             number(inside),
             number(outside),
-            rough_entries(self.roughness(bsdf)?),
+            self.roughness(bsdf)?,
             entry("reflectance", &reflectance),
             entry("transmittance", &transmittance)
         );
@@ -299,7 +305,7 @@ impl Translator<'_> {
             Some(_) => super::materials::index(bsdf, "ext_eta", "vacuum")?,
             None => 1.0,
         };
-        let rough = rough_entries(self.roughness(bsdf)?);
+        let rough = self.roughness(bsdf)?;
         let textured = tint.as_ref().is_some_and(|t| t.1);
         let text = match index {
             Some((eta, k)) => {
@@ -334,19 +340,11 @@ impl Translator<'_> {
             "plastic = {{ ior = {}, exterior_ior = {}{}{}{}{nonlinear} }}",
             number(inside),
             number(outside),
-            rough_entries(self.roughness(bsdf)?),
+            self.roughness(bsdf)?,
             entry("diffuse", &diffuse),
             entry("specular", &specular)
         );
         let textured = [diffuse, specular].iter().flatten().any(|t| t.1);
         Ok(Definition { text, textured, opaque: true })
-    }
-}
-
-/// The entries of a rough surface, with the masking that Mitsuba has.
-fn rough_entries(alpha: f64) -> String {
-    match alpha {
-        0.0 => String::new(),
-        _ => format!("{}, masking = \"separable\"", number_entry("roughness", alpha, 0.0)),
     }
 }
