@@ -24,7 +24,7 @@ fn cube(s: &mut Stream, scale: f32, centre: Vec3A) -> TriangleMesh {
     let mut place = placed(s, scale, centre);
     if s.next_1d() < 0.5 {
         let shear = Mat3A::from_cols(-Vec3A::X, Vec3A::Y + 0.4 * point(s), Vec3A::Z);
-        place = place * Affine3A { matrix3: shear, translation: Vec3A::ZERO };
+        place *= Affine3A { matrix3: shear, translation: Vec3A::ZERO };
     }
     TriangleMesh::cube().transformed(&place).unwrap()
 }
