@@ -1,13 +1,15 @@
 //! Shapes: rays against them, points on them, meshes from files.
 //!
 //! A scene's shapes become one flat list of primitives (triangles, spheres, discs) in world space under two
-//! acceleration structures: walls, which end every ray, and boundaries, which a ray may pass (index-matched ones, and
-//! those of solids that another solid may hide). [`Geometry::intersect`] and [`Geometry::occluded`], which know of walls
-//! alone, are the renderer's innermost loop; most scenes have few boundaries or none.
+//! acceleration structures, in which two triangles that are a parallelogram are held as one (`parallelogram`): walls,
+//! which end every ray, and boundaries, which a ray may pass (index-matched ones, and those of solids that another solid
+//! may hide). [`Geometry::intersect`] and [`Geometry::occluded`], which know of walls alone, are the renderer's innermost
+//! loop; most scenes have few boundaries or none.
 //!
-//! How rays stay on their side of a surface: triangle tests are watertight; points on surfaces are computed in f64 and
-//! rounded once; [`SurfacePoint::spawn`] and [`shadow_ray`] move origins by a few ulps; and hits near a ray's ends are
-//! decided in f64. So nothing leaks through thin walls or along edges, whatever the scene's scale.
+//! How rays stay on their side of a surface: triangle tests are watertight, and parallelograms overlap by some roundings
+//! of f64; points on surfaces are computed in f64 and rounded once; [`SurfacePoint::spawn`] and [`shadow_ray`] move
+//! origins by a few ulps; and hits near a ray's ends are decided in f64. So nothing leaks through thin walls or along
+//! edges, whatever the scene's scale.
 
 mod aabb;
 mod bvh;
