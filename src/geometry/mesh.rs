@@ -31,7 +31,7 @@ impl TriangleMesh {
         if indices.is_empty() {
             return Err("the mesh has no triangle".into());
         }
-        // Global primitive indices and those of blocks share 32 bits with two bits of tag.
+        // Global primitive indices and those of blocks share 32 bits with three bits of tag.
         if indices.len() >= 1 << 29 {
             return Err(format!("the mesh has {} triangles; at most {} fit", indices.len(), (1 << 29) - 1));
         }

@@ -41,6 +41,7 @@ use glam::{Vec2, Vec3A};
 use parallelogram::{Parallelogram, There};
 use quadric::{Disc, Sphere};
 use sample::Facets;
+use shape::Span;
 use std::sync::OnceLock;
 
 /// All shapes of a scene.
@@ -136,7 +137,7 @@ impl Geometry {
             Leaf::Block(i) => {
                 let block = &bvh.blocks[i];
                 let prim = block.prim[found.lane & 3];
-                let p = shape::triangle_point(block.corners(found.lane), found.at);
+                let p = Span::of(block.corners(found.lane)).at(found.at);
                 self.on_triangle(prim, found.at, p)
             }
             Leaf::Parallelograms(i) => {

@@ -7,6 +7,7 @@
 
 use super::mesh::{TriangleMesh, cross};
 use super::ray::Ray;
+use super::shape::Span;
 use super::triangle::{LANES, Plane};
 use glam::{DVec3, Vec2, Vec3, Vec3A, Vec4};
 
@@ -35,9 +36,9 @@ pub(super) struct Parallelogram {
 
 /// Of a parallelogram without shading normals whose texture coordinates are affine in s and t.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Flat {
+struct Flat {
     /// Unit normal on the outside.
-    pub ng: Vec3A,
+    ng: Vec3A,
     /// At the corner, and their change over s and over t.
     uv: [Vec2; 3],
 }
@@ -51,7 +52,7 @@ impl Flat {
 
     /// Texture coordinates at (s, t).
     #[inline]
-    pub(super) fn uv(&self, at: Vec2) -> Vec2 {
+    fn uv(&self, at: Vec2) -> Vec2 {
         self.uv[0] + self.uv[1] * at.x + self.uv[2] * at.y
     }
 }
@@ -66,8 +67,7 @@ impl Parallelogram {
         [[0, 1], [1, 0]].into_iter().find_map(|triangles| {
             let [[a, b, c], [a2, c2, d]] = triangles.map(|k| mesh.corners(i + k));
             let exact = a == a2 && c == c2 && c.as_dvec3() - b.as_dvec3() == d.as_dvec3() - a.as_dvec3();
-            let [u, v] = [b, d].map(|p| p.as_dvec3() - a.as_dvec3());
-            let lengths = [u.length(), v.length()];
+            let lengths = Span::of([a, b, d]).edges.map(DVec3::length);
             let fits = lengths.iter().all(|l| LENGTHS.contains(l))
                 && cross([a, b, d]).length() > LEAST_SINE * lengths[0] * lengths[1];
             let [[ia, ib, ic], [.., id]] = triangles.map(|k| mesh.indices()[i + k]);
@@ -117,8 +117,7 @@ pub(super) struct Block {
 #[derive(Clone, Copy, Debug)]
 struct Exact {
     plane: Plane,
-    corner: DVec3,
-    edges: [DVec3; 2],
+    span: Span,
     /// Gradients of s and t.
     duals: [DVec3; 2],
     flat: Option<Flat>,
@@ -145,12 +144,11 @@ struct Inside {
 
 impl Exact {
     fn new(Parallelogram { corners, flat, .. }: Parallelogram) -> Self {
-        let [corner, b, d] = corners.map(|p| p.as_dvec3());
-        let edges = [b - corner, d - corner];
-        let plane = Plane::of(corners);
-        let across = [edges[1].cross(plane.normal()), plane.normal().cross(edges[0])];
-        let duals = std::array::from_fn(|k| across[k] / across[k].dot(edges[k]));
-        Self { plane, corner, edges, duals, flat }
+        let (plane, span) = (Plane::of(corners), Span::of(corners));
+        let [u, v] = span.edges;
+        let across = [v.cross(plane.normal()), plane.normal().cross(u)];
+        let duals = std::array::from_fn(|k| across[k] / across[k].dot(span.edges[k]));
+        Self { plane, span, duals, flat }
     }
 
     /// Where a ray hits, if in (0, `limit`).
@@ -159,7 +157,7 @@ impl Exact {
         let crossing = self.plane.crossing(ray, limit)?;
         let (height, rate) = (crossing.height, crossing.rate);
         // The place less the corner, times the rate, so that misses divide by nothing.
-        let place = (ray.origin.as_dvec3() - self.corner) * rate + ray.dir.as_dvec3() * height;
+        let place = (ray.origin.as_dvec3() - self.span.corner) * rate + ray.dir.as_dvec3() * height;
         let coordinates = self.duals.map(|dual| dual.dot(place));
         let outside = |x: f64| (x - 0.5 * rate).abs() > (0.5 + RIM) * rate.abs();
         if coordinates.into_iter().any(outside) {
@@ -184,8 +182,7 @@ impl Block {
     pub(super) fn new(members: &[(Parallelogram, u32)]) -> Self {
         let empty = Exact {
             plane: Plane::NOWHERE,
-            corner: DVec3::ZERO,
-            edges: [DVec3::ZERO; 2],
+            span: Span::of([Vec3::ZERO; 3]),
             duals: [DVec3::ZERO; 2],
             flat: None,
         };
@@ -206,10 +203,10 @@ impl Block {
                 gradient.as_vec3().abs().element_sum()
             };
             let normal = exact.plane.normal();
-            set(&mut block.height, normal, -normal.dot(exact.corner));
+            set(&mut block.height, normal, -normal.dot(exact.span.corner));
             let slopes: [f32; 2] = std::array::from_fn(|k| {
                 let dual = exact.duals[k];
-                set(&mut block.edges[k], dual, -0.5 - dual.dot(exact.corner))
+                set(&mut block.edges[k], dual, -0.5 - dual.dot(exact.span.corner))
             });
             block.slope[lane] = slopes[0].max(slopes[1]);
             let corners = member.all_corners();
@@ -267,10 +264,9 @@ impl Block {
     pub(super) fn place(&self, lane: usize, at: Vec2) -> There {
         let lane = lane & 3;
         let (triangle, barycentric) = split(at);
-        let Exact { corner, edges, flat, .. } = &self.exact[lane];
-        let p = *corner + edges[0] * f64::from(at.x) + edges[1] * f64::from(at.y);
+        let Exact { span, flat, .. } = &self.exact[lane];
         let flat = flat.as_ref().map(|f| (f.ng, f.uv(at)));
-        There { prim: self.prims[lane][triangle & 1], barycentric, p: p.as_vec3a(), flat }
+        There { prim: self.prims[lane][triangle & 1], barycentric, p: span.at(at), flat }
     }
 
     /// Primitives in it.

@@ -3,6 +3,7 @@
 use super::facing::Facing;
 use super::parallelogram::{self, Parallelogram};
 use super::quadric::{Disc, Sphere};
+use super::shape::Span;
 use super::{Geometry, Shape, ShapeDesc, SurfacePoint, TriangleMesh};
 use crate::math::{Discrete, warp};
 use glam::{DVec3, Vec2, Vec3A};
@@ -38,7 +39,7 @@ impl Geometry {
             }
             ShapeDesc::Mesh(ref mesh) => {
                 let (i, facet, b) = s.sample_triangle(mesh, u);
-                self.on_triangle(s.first + i as u32, b, facet.point(b))
+                self.on_triangle(s.first + i as u32, b, facet.span.at(b))
             }
         }
     }
@@ -61,7 +62,7 @@ impl Geometry {
                     return whole.place(s.first, u);
                 }
                 let (i, facet, b) = s.sample_triangle(mesh, u);
-                ((facet.point(b), facet.ng), s.first + i as u32)
+                ((facet.span.at(b), facet.ng), s.first + i as u32)
             }
         };
         Place { p, ng, prim }
@@ -100,7 +101,7 @@ impl Geometry {
                 if let Some(facing) = &facets.facing {
                     let (i, rest, pdf) = facing.sample(from, both, u.x)?;
                     let facet = &facets.list[i];
-                    let p = facet.point(warp::uniform_triangle(Vec2::new(rest, u.y)));
+                    let p = facet.span.at(warp::uniform_triangle(Vec2::new(rest, u.y)));
                     return Some((Place { p, ng: facet.ng, prim: s.first + i as u32 }, pdf));
                 }
             }
@@ -184,40 +185,33 @@ pub(super) struct Facets {
     facing: Option<Facing>,
 }
 
-/// A triangle for points on it.
+/// A triangle, or a parallelogram, for points on it.
 #[derive(Clone, Copy, Debug)]
 struct Facet {
     /// Unit normal on the outside.
     ng: Vec3A,
-    corner: DVec3,
-    /// From the corner to the second and to the third.
-    edges: [DVec3; 2],
+    span: Span,
 }
 
 /// A mesh that is one parallelogram.
 #[derive(Debug)]
 struct Whole {
-    /// Unit normal on the outside.
-    ng: Vec3A,
-    corner: DVec3,
-    edges: [DVec3; 2],
+    facet: Facet,
     /// See [`Parallelogram::triangles`].
     triangles: [u32; 2],
 }
 
 impl Whole {
     fn of(p: &Parallelogram, facets: &[Facet]) -> Self {
-        let [corner, second, third] = p.corners.map(|c| c.as_dvec3());
-        let edges = [second - corner, third - corner];
-        Self { ng: facets[p.triangles[0]].ng, corner, edges, triangles: p.triangles.map(|i| i as u32) }
+        let facet = Facet { span: Span::of(p.corners), ..facets[p.triangles[0]] };
+        Self { facet, triangles: p.triangles.map(|i| i as u32) }
     }
 
     /// The point at the coordinates `u` along the edges; `first`: the first of its primitives.
     #[inline]
     fn place(&self, first: u32, u: Vec2) -> Place {
-        let p = self.corner + self.edges[0] * f64::from(u.x) + self.edges[1] * f64::from(u.y);
         let prim = first + self.triangles[usize::from(u.y > u.x)];
-        Place { p: p.as_vec3a(), ng: self.ng, prim }
+        Place { p: self.facet.span.at(u), ng: self.facet.ng, prim }
     }
 }
 
@@ -225,21 +219,10 @@ impl Facets {
     fn of(mesh: &TriangleMesh) -> Option<Self> {
         let count = mesh.indices().len();
         let picker = Discrete::new((0..count).map(|i| mesh.triangle_area(i)))?;
-        let list = (0..count).map(|i| {
-            let [a, b, c] = mesh.corners(i).map(|v| v.as_dvec3());
-            Facet { ng: mesh.facet(i), corner: a, edges: [b - a, c - a] }
-        });
-        let list: Vec<_> = list.collect();
+        let facet = |i| Facet { ng: mesh.facet(i), span: Span::of(mesh.corners(i)) };
+        let list: Vec<_> = (0..count).map(facet).collect();
         let whole = Parallelogram::of(mesh, 0).filter(|_| count == 2).map(|p| Whole::of(&p, &list));
         Some(Self { picker, list, whole, facing: Facing::of(mesh) })
-    }
-}
-
-impl Facet {
-    /// As [`super::shape::triangle_point`].
-    #[inline]
-    fn point(&self, b: Vec2) -> Vec3A {
-        (self.corner + self.edges[0] * f64::from(b.x) + self.edges[1] * f64::from(b.y)).as_vec3a()
     }
 }
 

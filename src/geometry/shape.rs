@@ -5,7 +5,7 @@ use super::mesh::TriangleMesh;
 use super::quadric::{Disc, Sphere};
 use super::ray::{Ray, offset_origin};
 use super::transform;
-use glam::{Affine3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -152,12 +152,28 @@ impl ShapeDesc {
     }
 }
 
-/// Position of barycentric coordinates of a triangle's second and third corner, in f64, so that it lies in the
-/// triangle's plane up to one rounding, however large the triangle is.
-#[inline]
-pub(super) fn triangle_point(corners: [Vec3; 3], b: Vec2) -> Vec3A {
-    let [a, b1, b2] = corners.map(|v| v.as_dvec3());
-    (a + (b1 - a) * f64::from(b.x) + (b2 - a) * f64::from(b.y)).as_vec3a()
+/// Places by coordinates along two edges of a triangle or of a parallelogram, in f64, so that they lie in its plane up to
+/// one rounding, however large it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub corner: DVec3,
+    /// From the corner to the second and to the third.
+    pub edges: [DVec3; 2],
+}
+
+impl Span {
+    #[inline]
+    pub(super) fn of(corners: [Vec3; 3]) -> Self {
+        let [corner, second, third] = corners.map(|v| v.as_dvec3());
+        Self { corner, edges: [second - corner, third - corner] }
+    }
+
+    /// The place with the coordinates `at`: of a triangle, the barycentric ones of its second and third corner.
+    #[inline]
+    pub(super) fn at(&self, at: Vec2) -> Vec3A {
+        let [u, v] = self.edges;
+        (self.corner + u * f64::from(at.x) + v * f64::from(at.y)).as_vec3a()
+    }
 }
 
 /// The point of a mesh's triangle at barycentric coordinates `b`, which is at `p`, with all that belongs to it.

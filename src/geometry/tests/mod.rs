@@ -22,9 +22,14 @@ pub(super) fn point(s: &mut Stream) -> Vec3A {
     Vec3A::new(s.next_1d(), s.next_1d(), s.next_1d()) * 2.0 - Vec3A::ONE
 }
 
+/// Any rotation.
+pub(super) fn turn(s: &mut Stream) -> Quat {
+    Quat::from_axis_angle(direction(s).into(), 6.0 * s.next_1d())
+}
+
 /// To `centre`, turned anyhow, with half-axes of up to `scale`.
 pub(super) fn placed(s: &mut Stream, scale: f32, centre: Vec3A) -> Affine3A {
-    let turn = Quat::from_axis_angle(direction(s).into(), 6.0 * s.next_1d());
+    let turn = turn(s);
     let size = Vec3::new(s.next_1d(), s.next_1d(), s.next_1d()) * 0.9 + Vec3::splat(0.1);
     Affine3A::from_scale_rotation_translation(size * scale, turn, centre.into())
 }

@@ -1,9 +1,9 @@
 //! Rays that start or end on surfaces do not meet them there, and meet what is behind.
 
 use super::super::*;
-use super::{direction, point, stream};
+use super::{direction, point, stream, turn};
 use crate::math::Stream;
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Affine3A, Vec3};
 
 /// Scales, and centres as far away as leaves the shapes some thousand ulps.
 fn places() -> Vec<(f32, Vec3A)> {
@@ -21,7 +21,7 @@ fn places() -> Vec<(f32, Vec3A)> {
 
 /// One of each kind, about `centre`, turned anyhow.
 fn shapes(s: &mut Stream, scale: f32, centre: Vec3A) -> Vec<ShapeDesc> {
-    let q = Quat::from_axis_angle(direction(s).into(), 6.0 * s.next_1d());
+    let q = turn(s);
     let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), q, centre.into());
     let corners = [point(s), point(s), point(s)].map(|p| Vec3::from(centre + p * scale));
     let triangle = TriangleMesh::new(corners.to_vec(), None, None, vec![[0, 1, 2]]).unwrap();
@@ -124,7 +124,7 @@ fn thin_walls_do_not_leak() {
     for (scale, centre) in places() {
         // A wall must be thicker than f32 can round away.
         let thickness = (1e-3 * scale).max(4e-6 * (centre.length() + scale));
-        let q = Quat::from_axis_angle(direction(&mut s).into(), 6.0 * s.next_1d());
+        let q = turn(&mut s);
         let size = Vec3::new(scale, scale, 0.5 * thickness);
         let place = Affine3A::from_scale_rotation_translation(size, q, centre.into());
         let wall = TriangleMesh::cube().transformed(&place).unwrap();
@@ -159,7 +159,7 @@ fn thin_walls_do_not_leak() {
 fn rays_from_a_corner_of_a_closed_box_stay_inside() {
     let mut s = stream(43);
     for (scale, centre) in places() {
-        let q = Quat::from_axis_angle(direction(&mut s).into(), 6.0 * s.next_1d());
+        let q = turn(&mut s);
         let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), q, centre.into());
         let room = TriangleMesh::cube().transformed(&place).unwrap();
         let geometry = Geometry::build(vec![ShapeDesc::Mesh(room)]);
@@ -183,7 +183,7 @@ fn rays_from_a_corner_of_a_closed_box_stay_inside() {
 fn a_wall_some_ulps_ahead_is_hit() {
     let mut s = stream(44);
     for (scale, centre) in places() {
-        let q = Quat::from_axis_angle(direction(&mut s).into(), 6.0 * s.next_1d());
+        let q = turn(&mut s);
         let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), q, centre.into());
         let wall = TriangleMesh::rectangle().transformed(&place).unwrap();
         let geometry = Geometry::build(vec![ShapeDesc::Mesh(wall)]);
