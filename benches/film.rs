@@ -23,6 +23,9 @@ use tyndall::transport::pass::Pass;
 use tyndall::transport::sink::{Joint, Sink};
 use tyndall::transport::{Layers, Renderer, Settings, Technique, TechniqueSet, light_path};
 
+/// Iterations a round, as a render of this size does them in one go.
+const IN_ONE_GO: u64 = 4;
+
 /// Takes samples for an image.
 trait Image: Sink {
     /// Samples are of the light subpaths of this chunk from now on.
@@ -208,7 +211,7 @@ fn main() {
     let image = vec![[0.0; 3]; pixels];
     let mut ordered = Ordered { width, pixel: 0, sum: [0.0; 3], image, splats: Vec::new(), chunk: 0 };
     for round in 0..=rounds {
-        let index = u64::from(round);
+        let indices = u64::from(round) * IN_ONE_GO..u64::from(round + 1) * IN_ONE_GO;
         let mut keep = |i: usize, work: &mut (dyn FnMut() + Send)| {
             let start = cpu();
             pool.install(work);
@@ -218,16 +221,19 @@ fn main() {
         };
         if !merges {
             racy.samples = 0;
-            keep(0, &mut || plain(&scene, &films[0].0, index, &mut chunks, &mut racy));
-            keep(1, &mut || plain(&scene, &films[0].0, index, &mut chunks, &mut ordered));
+            let renderer = &films[0].0;
+            keep(0, &mut || indices.clone().for_each(|i| plain(&scene, renderer, i, &mut chunks, &mut racy)));
+            keep(1, &mut || {
+                indices.clone().for_each(|i| plain(&scene, renderer, i, &mut chunks, &mut ordered))
+            });
         }
         for (i, (renderer, film)) in films.iter_mut().enumerate() {
             keep(i + 2, &mut || {
-                renderer.iteration(index, film);
+                renderer.iterations(indices.clone(), film);
             });
         }
     }
-    let per_pixel = racy.samples as f64 / pixels as f64;
+    let per_pixel = racy.samples as f64 / (pixels as u64 * IN_ONE_GO) as f64;
     println!(
         "{name}, {preset}, {side}x{side}, {per_pixel:.1} samples a pixel and iteration, medians of {rounds}:"
     );

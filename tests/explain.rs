@@ -24,7 +24,7 @@ fn scene(path: &Path, size: UVec2) -> Scene {
 fn check(scene: &Scene, name: &str, pixels: &[UVec2]) -> usize {
     let settings = Settings::new(TechniqueSet::of(preset(name).unwrap().techniques)).pinned(scene);
     let job = Job { scene, settings, budget: Budget::Spp(ITERATIONS), first: 0 };
-    let film = job.run(&Stop::default(), &mut Silent, |_| Ok(())).unwrap().film;
+    let film = job.run(&Stop::default(), &mut Silent).unwrap().film;
     let (image, outliers) = (film.image(), film.outliers());
     let mut weighed = 0;
     for pixel in pixels {

@@ -52,7 +52,7 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     let outcome = with_threads(args.threads, || {
         let mut progress = Progress::new().with_tev(args.tev.as_deref());
         progress.begin(&format!("{}: {techniques}", scene.name), budget);
-        let outcome = job.run(&stop, &mut progress, |_| Ok(()));
+        let outcome = job.run(&stop, &mut progress);
         progress.end();
         outcome
     })?;

@@ -89,7 +89,7 @@ fn measure(scene: &Scene, settings: &Settings, name: &str, observer: &mut dyn Ob
         for ((engine, outcome), seconds) in engines.iter_mut().zip(&mut outcomes).zip(&mut seconds) {
             let (start, mut count) = (Instant::now(), 0u32);
             while count == 0 || start.elapsed().as_secs_f64() < LEAST_SECONDS {
-                engine.iteration(outcome.film.iterations(), outcome);
+                engine.iterations(outcome.film.iterations(), 1, outcome);
                 count += 1;
             }
             // The first round warms up.

@@ -290,7 +290,7 @@ impl Making {
     ) -> Result<Option<Block>> {
         let job = Job { scene, settings: self.settings, budget: Budget::Spp(count), first };
         let mut offset = Offset { inner: observer, iterations: first, seconds };
-        let outcome = job.run(stop, &mut offset, |_| Ok(()))?;
+        let outcome = job.run(stop, &mut offset)?;
         let iterations = outcome.film.iterations();
         if iterations == 0 {
             return Ok(None);

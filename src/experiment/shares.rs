@@ -153,7 +153,7 @@ mod tests {
         });
         let set = TechniqueSet::of(&[Technique::Hit, Technique::NextEvent]);
         let mut film = Film::new(&camera.unwrap(), &Settings::new(set));
-        film.iterate(|band| {
+        film.iterate(1, |band| {
             let mut random = Stream::new(5, number, StreamKind::Other, band.index as u64);
             for pixel in 0..band.rows() * band.width {
                 let sign = |u: f32| if u < 0.5 { -1.0 } else { 1.0 };

@@ -33,6 +33,11 @@ pub fn block_end(at: u64, pixels: usize) -> u64 {
     doubled.min((at / longest + 1) * longest)
 }
 
+/// Iterations after `at` until an image is kept.
+fn until_snapshot(at: u64) -> u64 {
+    (at + 1).next_power_of_two() - at
+}
+
 /// Whether the error is looked at after so many iterations.
 fn is_look(iterations: u64) -> bool {
     iterations.is_multiple_of((1u64 << iterations.max(1).ilog2()).div_ceil(LOOKS))
@@ -172,15 +177,17 @@ impl<'a> Work<'a> {
         }
         let mut block = State { outcome, resolved: resolved.clone(), snapshots: Vec::new(), ended: None };
         let end = self.end_of_block(first);
-        for at in first..end {
+        let mut at = first;
+        while at < end {
             if self.stop.requested() {
                 return Ok(());
             }
-            engine.iteration(at, &mut block.outcome);
+            engine.iterations(at, until_snapshot(at).min(end - at), &mut block.outcome);
+            at = first + block.outcome.film.iterations();
             // Powers of two within a block are in the first one; who adds it to the others sees to its end.
-            if (at + 1).is_power_of_two() && at + 1 < end {
+            if at.is_power_of_two() && at < end {
                 let Outcome { film, seconds, .. } = &block.outcome;
-                let snapshot = Snapshot { iterations: at + 1, seconds: *seconds, image: film.image() };
+                let snapshot = Snapshot { iterations: at, seconds: *seconds, image: film.image() };
                 block.snapshots.push(snapshot);
             }
         }
@@ -210,8 +217,11 @@ impl<'a> Work<'a> {
                 return Ok(state);
             }
             let at = state.outcome.film.iterations() + block.film.iterations();
-            engine.iteration(at, &mut block);
-            let (done, seconds) = (at + 1, state.outcome.seconds + block.seconds);
+            let room = self.budget.room(at, state.outcome.seconds + block.seconds);
+            let most = room.min(until_snapshot(at)).min(block_end(at, pixels) - at);
+            engine.iterations(at, most, &mut block);
+            let done = state.outcome.film.iterations() + block.film.iterations();
+            let seconds = state.outcome.seconds + block.seconds;
             observer.advance(done, seconds);
             observer.look(&|| {
                 let mut film = state.outcome.film.clone();

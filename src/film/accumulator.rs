@@ -39,6 +39,7 @@ const PIXEL_BITS: u32 = 20;
 
 const _: () = assert!(size_of::<Splat>() == 20 && MAX_LENGTH < 1 << (32 - PIXEL_BITS));
 const _: () = assert!(BAND_ROWS * MAX_SIDE as usize <= 1 << PIXEL_BITS);
+const _: () = assert!(Technique::COUNT <= u16::BITS as usize, "a bit each in `Band::touched`");
 
 impl Splat {
     /// The sample, of [`Technique::Lens`], on the pixel with this number in its band.
@@ -151,12 +152,12 @@ impl Film {
         self.height.div_ceil(BAND_ROWS)
     }
 
-    /// Runs `work`, an iteration, on each band of rows, in parallel. Bands are disjoint and each is worked through by one
-    /// thread, so the result does not depend on how many there are.
-    pub fn iterate(&mut self, work: impl Fn(&mut Band) + Sync) {
+    /// Runs `work`, which is so many iterations, on each band of rows, in parallel. Bands are disjoint and each is worked
+    /// through by one thread, so the result does not depend on how many there are.
+    pub fn iterate(&mut self, iterations: usize, work: impl Fn(&mut Band) + Sync) {
         let width = self.width;
         let layout = &self.layout;
-        let iteration = self.iterations as u32;
+        let first_iteration = self.iterations as u32;
         let size = BAND_ROWS * width;
         let parts = self.sums.parts(size);
         let pixels = self.squares.par_chunks_mut(size).zip(self.outliers.par_chunks_mut(size));
@@ -171,13 +172,15 @@ impl Film {
                     index,
                     first_row: index * BAND_ROWS,
                     width,
-                    iteration,
+                    first_iteration,
+                    iteration: first_iteration,
                     sums,
                     squares,
                     outliers,
                     splats,
                     splatted: false,
-                    gathered: [[0.0; 3]; Technique::COUNT],
+                    gathered: [[0.0; 4]; Technique::COUNT],
+                    touched: 0,
                     dropped: Dropped::default(),
                 };
                 work(&mut band);
@@ -188,7 +191,7 @@ impl Film {
         for (total, new) in self.dropped.0.iter_mut().zip(dropped.0) {
             *total += new;
         }
-        self.iterations += 1;
+        self.iterations += iterations as u64;
     }
 
     /// Sum over iterations of the combined image at a pixel (counted along rows).
@@ -286,7 +289,8 @@ pub struct Band<'a> {
     pub first_row: usize,
     /// Pixels a row.
     pub width: usize,
-    /// Number of the iteration in this film.
+    /// Numbers in this film of the first iteration of several in one go, and of the one that is under way.
+    first_iteration: u32,
     iteration: u32,
     sums: Part<'a>,
     squares: &'a mut [[f64; 3]],
@@ -296,8 +300,11 @@ pub struct Band<'a> {
     /// Whether there are any.
     splatted: bool,
     /// What the pixel that is being traced got, by technique: most samples fall on one pixel after the other, and are
-    /// added up here, where the processor has them at hand. Black between pixels.
-    gathered: [[f64; 3]; Technique::COUNT],
+    /// added up here, where the processor has them at hand. Black between pixels. A fourth number, 0, as the processor adds
+    /// two at a time.
+    gathered: [[f64; 4]; Technique::COUNT],
+    /// Of which techniques something may be gathered: a bit a technique.
+    touched: u16,
     dropped: Dropped,
 }
 
@@ -305,6 +312,12 @@ impl Band<'_> {
     /// Rows in it.
     pub fn rows(&self) -> usize {
         self.splats.len() / self.width
+    }
+
+    /// Of several iterations in one go the one with this number begins, for some pixels.
+    #[inline]
+    pub fn begin(&mut self, number: usize) {
+        self.iteration = self.first_iteration + number as u32;
     }
 
     /// Says that [`Self::settle`] will be asked for the pixel `pixel` soon.
@@ -333,7 +346,8 @@ impl Band<'_> {
             }
             let (pixel, sample) = splat.sample();
             if let Some(weighted) = self.checked(&sample) {
-                add(&mut self.splats[pixel], weighted);
+                let sum = &mut self.splats[pixel];
+                sum.iter_mut().zip(weighted.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
                 if layers {
                     self.record_layers(pixel, &sample, weighted);
                 }
@@ -350,7 +364,10 @@ impl Band<'_> {
             "only techniques that are on make samples"
         );
         if let Some(weighted) = self.checked(sample) {
-            add(&mut self.gathered[sample.technique.index()], weighted);
+            let technique = sample.technique.index();
+            let sum = &mut self.gathered[technique];
+            sum.iter_mut().zip(weighted.extend(0.0).to_array()).for_each(|(sum, v)| *sum += f64::from(v));
+            self.touched |= 1 << technique;
             if self.layout.has_layers() {
                 self.record_layers(pixel, sample, weighted);
             }
@@ -362,21 +379,26 @@ impl Band<'_> {
     #[inline]
     pub fn settle(&mut self, pixel: usize) {
         if self.splatted {
+            let lens = Technique::Lens.index();
             let splats = std::mem::take(&mut self.splats[pixel]);
-            let lens = &mut self.gathered[Technique::Lens.index()];
-            (0..3).for_each(|c| lens[c] += splats[c]);
+            self.gathered[lens].iter_mut().zip(splats).for_each(|(sum, v)| *sum += v);
+            self.touched |= 1 << lens;
         }
-        let mut whole = [0.0; 3];
-        for (technique, sum) in self.layout.order().iter().zip(self.sums.of_pixel(pixel)) {
-            let gathered = std::mem::take(&mut self.gathered[usize::from(*technique)]);
-            for c in 0..3 {
-                sum[c] += gathered[c];
-                whole[c] += gathered[c];
-            }
+        let sums = self.sums.of_pixel(pixel);
+        let mut whole = [0.0; 4];
+        let mut touched = std::mem::take(&mut self.touched);
+        // In the order of their numbers, as in the film: so the sum of the images is this one to the bit.
+        while touched != 0 {
+            let technique = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            let gathered = std::mem::take(&mut self.gathered[technique]);
+            let Some(family) = self.layout.family_at(technique) else { continue };
+            sums[family].iter_mut().zip(gathered).for_each(|(sum, v)| *sum += v);
+            whole.iter_mut().zip(gathered).for_each(|(sum, v)| *sum += v);
         }
-        let squares = &mut self.squares[pixel];
-        (0..3).for_each(|c| squares[c] += whole[c] * whole[c]);
-        let luminance = Rgb::from_array(whole.map(|v| v as f32)).luminance();
+        let [r, g, b, _] = whole;
+        self.squares[pixel].iter_mut().zip([r, g, b]).for_each(|(sum, v)| *sum += v * v);
+        let luminance = Rgb::new(r as f32, g as f32, b as f32).luminance();
         let outlier = &mut self.outliers[pixel];
         if luminance > outlier.luminance {
             *outlier = Outlier { luminance, iteration: self.iteration };
@@ -399,8 +421,9 @@ impl Band<'_> {
     /// The weighted contribution, where all of the sample is finite.
     #[inline]
     fn checked(&mut self, sample: &Sample) -> Option<Rgb> {
+        // Finite only where both factors are: ∞ · 0 is not.
         let weighted = sample.contribution * sample.weight;
-        let finite = weighted.is_finite() && sample.contribution.is_finite();
+        let finite = weighted.is_finite();
         if !finite {
             self.dropped.0[sample.technique.index()] += 1;
         }
@@ -411,18 +434,11 @@ impl Band<'_> {
     #[inline(never)]
     fn record_layers(&mut self, pixel: usize, sample: &Sample, weighted: Rgb) {
         let Some(family) = self.layout.family(sample.technique) else { return };
-        let (weighted, unweighted) = (weighted.to_array(), sample.contribution.to_array());
-        self.sums.add_beside(pixel, family, unweighted, sample.weight);
+        self.sums.add_beside(pixel, family, sample.contribution, sample.weight);
         if let Some(pair) = self.layout.pair(sample.s, sample.t) {
-            self.sums.add_pair(pixel, pair, weighted, unweighted);
+            self.sums.add_pair(pixel, pair, weighted.to_array(), sample.contribution.to_array());
         }
     }
-}
-
-/// Adds to a sum in f64.
-#[inline]
-fn add(sum: &mut [f64; 3], value: Rgb) {
-    sum.iter_mut().zip(value.to_array()).for_each(|(sum, v)| *sum += f64::from(v));
 }
 
 /// The mean of weights with this sum; 0 of none.

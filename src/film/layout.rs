@@ -12,8 +12,6 @@ pub struct Layout {
     techniques: TechniqueSet,
     /// Index of each technique's weighted image.
     family: [Option<u16>; Technique::COUNT],
-    /// The technique's number of each weighted image.
-    order: Vec<u8>,
     families: usize,
     /// Whether the techniques' unweighted images and mean weights are kept too.
     layers: bool,
@@ -78,9 +76,8 @@ impl Layout {
     pub fn new(settings: &Settings) -> Self {
         let set = settings.techniques;
         let mut family = [None; Technique::COUNT];
-        let (mut images, mut order) = (Vec::new(), Vec::new());
+        let mut images = Vec::new();
         for technique in set.iter() {
-            order.push(technique.index() as u8);
             family[technique.index()] = Some(images.len() as u16);
             images.push(ImageKind::Family { technique, weighted: true });
         }
@@ -99,7 +96,7 @@ impl Layout {
                 }
             }
         }
-        Self { techniques: set, family, order, families, layers, pyramid, images }
+        Self { techniques: set, family, families, layers, pyramid, images }
     }
 
     /// What each image holds, in order.
@@ -120,13 +117,13 @@ impl Layout {
     /// Index of the weighted image of a technique, where it is on.
     #[inline]
     pub(super) fn family(&self, technique: Technique) -> Option<usize> {
-        self.family[technique.index()].map(usize::from)
+        self.family_at(technique.index())
     }
 
-    /// [`Technique::index`] of the technique of each weighted image.
+    /// The same by [`Technique::index`].
     #[inline]
-    pub(super) fn order(&self) -> &[u8] {
-        &self.order
+    pub(super) fn family_at(&self, technique: usize) -> Option<usize> {
+        self.family[technique].map(usize::from)
     }
 
     /// Whether the techniques' unweighted images and mean weights are kept.

@@ -172,7 +172,7 @@ mod tests {
 
     fn iterate(film: &mut Film, iterations: std::ops::Range<u64>) {
         for i in iterations {
-            film.iterate(|band| {
+            film.iterate(1, |band| {
                 let mut random = Stream::new(1, i, StreamKind::Other, band.index as u64);
                 for pixel in 0..band.rows() * band.width {
                     let technique =

@@ -5,7 +5,8 @@
 //! it is in f32. Rounded to nearest, a sum of n samples like one another has a relative error of about √n · 3e-8 there.
 
 use super::layout::{Layout, Place};
-use crate::math::prefetch;
+use crate::math::{Rgb, prefetch};
+use glam::Vec4;
 
 /// A film's sums.
 #[derive(Clone, Debug)]
@@ -166,12 +167,13 @@ impl Part<'_> {
 
     /// Adds what is kept of a technique's sample beside its weighted contribution, where layers are kept.
     #[inline]
-    pub(super) fn add_beside(&mut self, pixel: usize, family: usize, unweighted: [f32; 3], weight: f32) {
-        let [r, g, b] = unweighted;
+    pub(super) fn add_beside(&mut self, pixel: usize, family: usize, unweighted: Rgb, weight: f32) {
         // What is black does not count for the mean weight.
-        let (weight, one) = if unweighted == [0.0; 3] { (0.0, 0.0) } else { (weight, 1.0) };
-        let beside = &mut self.beside[pixel * self.families + family];
-        beside.iter_mut().zip([r, g, b, weight, one]).for_each(|(sum, v)| *sum += v);
+        let (weight, one) = if unweighted == Rgb::ZERO { (0.0, 0.0) } else { (weight, 1.0) };
+        let [first @ .., samples] = &mut self.beside[pixel * self.families + family];
+        // Four at a time.
+        *first = (Vec4::from_array(*first) + unweighted.extend(weight)).to_array();
+        *samples += one;
     }
 
     /// Adds a sample of (s, t).

@@ -39,6 +39,16 @@ impl Budget {
         }
     }
 
+    /// How many iterations surely fit in, where [`Self::goes_on`] says that one does; at least one.
+    pub fn room(self, iterations: u64, seconds: f64) -> u64 {
+        match self {
+            Self::Spp(spp) => spp.saturating_sub(iterations).max(1),
+            Self::Seconds(limit) => ((limit - seconds) / seconds * iterations as f64).max(1.0) as u64,
+            // May be reached after any.
+            Self::RelMse { .. } => 1,
+        }
+    }
+
     /// Whether the clock has a say in where it ends.
     pub fn is_timed(self) -> bool {
         matches!(self, Self::Seconds(_) | Self::RelMse { seconds: Some(_), .. })
@@ -97,6 +107,16 @@ mod tests {
         assert!(Budget::Spp(3).goes_on(2, 1e9));
         assert!(!Budget::Spp(3).goes_on(3, 0.0));
         assert_eq!(Budget::Spp(4).share(1, 0.0), 0.25);
+    }
+
+    #[test]
+    fn what_has_room_ends_in_time() {
+        assert_eq!(Budget::Spp(7).room(3, 1e9), 4);
+        for (iterations, seconds, room) in [(0, 0.0, 1), (0, 0.3, 1), (4, 2.0, 6), (10, 4.9, 1), (10, 5.1, 1)]
+        {
+            assert_eq!(Budget::Seconds(5.0).room(iterations, seconds), room, "{iterations} in {seconds} s");
+        }
+        assert_eq!(Budget::RelMse { target: 0.1, spp: Some(10), seconds: None }.room(1, 1.0), 1);
     }
 
     #[test]

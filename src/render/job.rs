@@ -50,17 +50,11 @@ pub struct Outcome {
 }
 
 impl Job<'_> {
-    /// Iterates until the budget is used up or a stop is asked for; `each` sees every completed iteration, outside
-    /// the clock, and may refuse to go on.
+    /// Iterates until the budget is used up or a stop is asked for.
     ///
     /// # Errors
-    /// Settings that make no sense for the scene, and whatever `each` returns.
-    pub fn run(
-        &self,
-        stop: &Stop,
-        observer: &mut dyn Observer,
-        mut each: impl FnMut(&Outcome) -> Result<()>,
-    ) -> Result<Outcome> {
+    /// Settings that make no sense for the scene.
+    pub fn run(&self, stop: &Stop, observer: &mut dyn Observer) -> Result<Outcome> {
         let mut engine = Engine::new(self.scene, self.settings)?;
         let mut outcome = engine.nothing_yet();
         while self.budget.goes_on(outcome.film.iterations(), outcome.seconds) {
@@ -68,10 +62,10 @@ impl Job<'_> {
                 outcome.partial = true;
                 break;
             }
-            engine.iteration(self.first + outcome.film.iterations(), &mut outcome);
+            let done = outcome.film.iterations();
+            engine.iterations(self.first + done, self.budget.room(done, outcome.seconds), &mut outcome);
             observer.advance(outcome.film.iterations(), outcome.seconds);
             observer.look(&|| outcome.film.clone());
-            each(&outcome)?;
         }
         observer.last(&|| outcome.film.clone());
         Ok(outcome)
@@ -86,7 +80,14 @@ pub struct Engine<'a> {
     pub setup: f64,
     /// When it was last asked how long threads have waited, and the answer.
     asked: (Instant, Option<f64>),
+    /// Seconds that an iteration took, the last time.
+    pace: f64,
 }
+
+/// Iterations in one go take no longer than this, in seconds, so that progress is seen and a stop heeded.
+const LONGEST_GO: f64 = 0.5;
+/// No more in one go: it would save nothing more.
+const MOST_AT_ONCE: u64 = 16;
 
 /// Asking takes some reads of files.
 const ASKED_EVERY: Duration = Duration::from_millis(250);
@@ -98,7 +99,7 @@ impl<'a> Engine<'a> {
         let start = Instant::now();
         let renderer = Renderer::new(scene, settings)?;
         let setup = start.elapsed().as_secs_f64();
-        Ok(Self { scene, renderer, setup, asked: (Instant::now(), waited()) })
+        Ok(Self { scene, renderer, setup, asked: (Instant::now(), waited()), pace: f64::INFINITY })
     }
 
     /// No iteration, but the time for setting up.
@@ -119,11 +120,18 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Renders iteration `index` into the outcome; the clock runs.
-    pub fn iteration(&mut self, index: u64, outcome: &mut Outcome) {
+    /// Renders iterations from `index` on into the outcome, one at least and no more than `most`; the clock runs. How many in
+    /// one go makes no difference to what comes out.
+    pub fn iterations(&mut self, index: u64, most: u64, outcome: &mut Outcome) {
+        let count = match self.renderer.gains_from_many() {
+            true => ((LONGEST_GO / self.pace) as u64).clamp(1, most.clamp(1, MOST_AT_ONCE)),
+            false => 1,
+        };
         let start = Instant::now();
-        let stats = self.renderer.iteration(index, &mut outcome.film);
-        outcome.seconds += start.elapsed().as_secs_f64();
+        let stats = self.renderer.iterations(index..index + count, &mut outcome.film);
+        let seconds = start.elapsed().as_secs_f64();
+        self.pace = seconds / count as f64;
+        outcome.seconds += seconds;
         if self.asked.0.elapsed() > ASKED_EVERY {
             let now = waited();
             // Threads that are gone take what they waited with them.

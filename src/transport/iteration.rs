@@ -17,6 +17,8 @@ use crate::math::Discrete;
 use crate::scene::Scene;
 use glam::UVec2;
 use rayon::prelude::*;
+use std::iter::Sum;
+use std::ops::{Add, Range};
 
 /// Pixels along the side of the squares in which a band is worked through: neighbours see the same surfaces.
 const TILE: usize = BAND_ROWS;
@@ -32,6 +34,25 @@ pub struct IterationStats {
     pub light_vertices: u64,
     /// Photon beams that were stored.
     pub beams: u64,
+}
+
+impl Add for IterationStats {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            camera_paths: self.camera_paths + other.camera_paths,
+            light_paths: self.light_paths + other.light_paths,
+            light_vertices: self.light_vertices + other.light_vertices,
+            beams: self.beams + other.beams,
+        }
+    }
+}
+
+impl Sum for IterationStats {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), Add::add)
+    }
 }
 
 /// Runs iterations. Keeps its memory from one to the next.
@@ -101,8 +122,27 @@ impl<'a> Renderer<'a> {
         Pass::new(self.active, index, gathers, partners, thinning.clone(), starts.clone())
     }
 
-    /// Runs iteration `index`, a sample a pixel, into `film`. The same index gives the same samples to the bit,
-    /// whatever ran before and on however many threads.
+    /// Whether [`Self::iterations`] takes less time for many than for as many times one.
+    pub fn gains_from_many(&self) -> bool {
+        !self.active.needs_light_paths()
+    }
+
+    /// Runs these iterations, each a sample a pixel, into `film`. The same index gives the same samples to the bit,
+    /// whatever ran before, in however many goes and on however many threads.
+    pub fn iterations(&mut self, indices: Range<u64>, film: &mut Film) -> IterationStats {
+        if !self.gains_from_many() {
+            return indices.map(|index| self.iteration(index, film)).sum();
+        }
+        // Without light subpaths a pixel's samples hang on no other's: so each tile of the film stays at hand
+        // until it has those of all the iterations.
+        let passes: Vec<Pass> = indices.map(|index| self.pass(index)).collect();
+        let (scene, origin) = (self.scene, UVec2::from(film.origin()));
+        film.iterate(passes.len(), |band| trace_band(scene, &passes, &[], None, origin, band));
+        let (width, height) = film.size();
+        IterationStats { camera_paths: (passes.len() * width * height) as u64, ..IterationStats::default() }
+    }
+
+    /// Runs iteration `index`, see [`Self::iterations`].
     pub fn iteration(&mut self, index: u64, film: &mut Film) -> IterationStats {
         let mut stats = IterationStats::default();
         let pass = self.pass(index);
@@ -120,11 +160,12 @@ impl<'a> Renderer<'a> {
         let (scene, chunks) = (self.scene, &self.chunks);
         let photons = self.active.techniques.merges().then(|| Photons::build(scene, &pass, chunks));
         let origin = UVec2::from(film.origin());
-        film.iterate(|band| {
+        let passes = std::slice::from_ref(&pass);
+        film.iterate(1, |band| {
             let index = band.index;
             band.record_splats(chunks.iter().flat_map(|chunk| &chunk.splats[index]));
             if camera {
-                trace_band(scene, &pass, chunks, photons.as_ref(), origin, band);
+                trace_band(scene, passes, chunks, photons.as_ref(), origin, band);
             }
         });
         stats
@@ -154,34 +195,48 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The camera subpaths of a band's pixels.
+/// The camera subpaths of a band's pixels, in one iteration after the other.
 fn trace_band(
     scene: &Scene,
-    pass: &Pass,
+    passes: &[Pass],
     chunks: &[Stored],
     photons: Option<&Photons>,
     origin: UVec2,
     band: &mut Band,
 ) {
+    for left in (0..band.width).step_by(TILE) {
+        let columns = left..(left + TILE).min(band.width);
+        for (number, pass) in passes.iter().enumerate() {
+            band.begin(number);
+            trace_tile(scene, pass, chunks, photons, origin, columns.clone(), band);
+        }
+    }
+}
+
+/// Those of some columns, in one iteration.
+fn trace_tile(
+    scene: &Scene,
+    pass: &Pass,
+    chunks: &[Stored],
+    photons: Option<&Photons>,
+    origin: UVec2,
+    columns: Range<usize>,
+    band: &mut Band,
+) {
     let connect = pass.on(Technique::Connect);
     let frame_width = scene.camera.size().x as usize;
-    for left in (0..band.width).step_by(TILE) {
-        for row in 0..band.rows() {
-            for column in left..(left + TILE).min(band.width) {
-                let pixel = origin + UVec2::new(column as u32, (band.first_row + row) as u32);
-                let partner = pixel.y as usize * frame_width + pixel.x as usize;
-                let vertices = if connect {
-                    chunks[partner / CHUNK as usize].path(partner % CHUNK as usize)
-                } else {
-                    &[]
-                };
-                let place = row * band.width + column;
-                band.expect_pixel(place);
-                let mut sink = PixelSink { pixel: place, band };
-                let partners = Partners { vertices, photons };
-                camera_path::trace(scene, pass, pixel, partners, &mut sink);
-                band.settle(place);
-            }
+    for row in 0..band.rows() {
+        for column in columns.clone() {
+            let pixel = origin + UVec2::new(column as u32, (band.first_row + row) as u32);
+            let partner = pixel.y as usize * frame_width + pixel.x as usize;
+            let vertices =
+                if connect { chunks[partner / CHUNK as usize].path(partner % CHUNK as usize) } else { &[] };
+            let place = row * band.width + column;
+            band.expect_pixel(place);
+            let mut sink = PixelSink { pixel: place, band };
+            let partners = Partners { vertices, photons };
+            camera_path::trace(scene, pass, pixel, partners, &mut sink);
+            band.settle(place);
         }
     }
 }

@@ -10,7 +10,9 @@ use tyndall::scene::Scene;
 use tyndall::transport::camera_path::Partners;
 use tyndall::transport::merge::store::Stored;
 use tyndall::transport::sink::{Joint, Sink};
-use tyndall::transport::{Layers, Renderer, Settings, Technique, TechniqueSet, camera_path, light_path};
+use tyndall::transport::{
+    IterationStats, Layers, Renderer, Settings, Technique, TechniqueSet, camera_path, light_path,
+};
 
 const SIZE: [u32; 2] = [44, 36];
 const CROP: [u32; 4] = [3, 5, 37, 31];
@@ -174,6 +176,42 @@ fn an_iteration_says_what_it_did() {
     assert_eq!(stats.light_vertices, vertices);
 }
 
+/// Iterations in one go give the film of as many one by one, to the bit, outliers and their numbers with it, whether the
+/// set has light subpaths or not.
+#[test]
+fn many_iterations_in_one_go_change_nothing() {
+    let scene = scene();
+    for preset in ["pt", "bpt"] {
+        let set = TechniqueSet::parse([preset]).unwrap();
+        let settings = Settings { layers: Layers::All, ..Settings::new(set) };
+        let film = |goes: &[u64]| {
+            let mut film = Film::new(&scene.camera, &settings);
+            let mut renderer = Renderer::new(&scene, settings).unwrap();
+            let mut stats = IterationStats::default();
+            for count in goes {
+                let first = film.iterations();
+                stats = stats + renderer.iterations(first..first + count, &mut film);
+            }
+            (film, stats)
+        };
+        let ((one, counted), (many, counted_many)) = (film(&[1; 7]), film(&[2, 5]));
+        assert_eq!(counted, counted_many, "{preset}");
+        assert_eq!((one.iterations(), many.iterations()), (7, 7));
+        let all = |film: &Film| {
+            let layers = film.layers().into_iter().map(|(_, image)| image);
+            let bits =
+                |image: Image| image.pixels.into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+            [film.image(), film.variance(), film.outliers()]
+                .into_iter()
+                .chain(layers)
+                .map(bits)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(all(&one), all(&many), "{preset}");
+        assert!(many.outliers().pixels.iter().any(|[_, iteration, _]| *iteration > 2.0), "{preset}");
+    }
+}
+
 /// What is not finite is counted by its technique, never summed, and never silently lost.
 #[test]
 fn what_is_not_finite_is_counted() {
@@ -187,7 +225,7 @@ fn what_is_not_finite_is_counted() {
         contribution: Rgb::new(red, 2.0, 3.0),
         weight,
     };
-    film.iterate(|band| {
+    film.iterate(1, |band| {
         if band.index == 1 {
             band.record(2, &sample(Technique::NextEvent, f32::NAN, 0.5));
             band.record(2, &sample(Technique::NextEvent, f32::INFINITY, 0.0));
@@ -221,7 +259,7 @@ fn mean_weights_count_samples() {
         weight,
     };
     for iteration in 0..2 {
-        film.iterate(|band| {
+        film.iterate(1, |band| {
             if band.index == 0 && iteration == 0 {
                 for (contribution, weight) in
                     [(100.0, 0.75), (1.0, 0.0), (1e-3, 0.75), (0.0, 1.0), (f32::NAN, 1.0)]

@@ -1,6 +1,7 @@
 //! Independent runs, and tests of hypotheses on their means.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::time::Instant;
 use tyndall::film::{Film, Image};
 use tyndall::scene::Scene;
 use tyndall::transport::{Renderer, Settings};
@@ -21,16 +22,48 @@ fn level(comparisons: f64) -> f64 {
     1.0 - (1.0 - SIGNIFICANCE / 2.0).powf(1.0 / comparisons)
 }
 
+/// Independent runs that go on.
+pub struct Runs<'s> {
+    runs: Vec<(Renderer<'s>, Film)>,
+    /// Iterations that each run has.
+    pub iterations: u64,
+    /// Seconds that these took.
+    pub seconds: f64,
+}
+
+impl<'s> Runs<'s> {
+    pub fn new(scene: &'s Scene, settings: &Settings, count: u64) -> Self {
+        let start = |run| {
+            let settings = Settings { seed: (settings.seed << 16) + run, ..*settings };
+            let renderer = Renderer::new(scene, settings).expect("settings that make sense");
+            (renderer, Film::new(&scene.camera, &settings))
+        };
+        Self { runs: (0..count).map(start).collect(), iterations: 0, seconds: 0.0 }
+    }
+
+    pub fn extend(&mut self, to: u64) {
+        let clock = Instant::now();
+        for (renderer, film) in &mut self.runs {
+            for i in self.iterations..to {
+                renderer.iteration(i, film);
+            }
+            assert_eq!(film.dropped().total(), 0, "samples that are not finite");
+        }
+        self.iterations = self.iterations.max(to);
+        self.seconds += clock.elapsed().as_secs_f64();
+    }
+
+    /// The mean image of each run.
+    pub fn images(&self) -> Vec<Image> {
+        self.runs.iter().map(|(_, film)| film.image()).collect()
+    }
+}
+
 /// The mean image of each of `count` independent runs of `iterations` iterations.
 pub fn runs(scene: &Scene, settings: &Settings, count: u64, iterations: u64) -> Vec<Image> {
-    (0..count)
-        .map(|run| {
-            let settings = Settings { seed: (settings.seed << 16) + run, ..*settings };
-            let film = render(scene, &settings, iterations);
-            assert_eq!(film.dropped().total(), 0, "{}: samples that are not finite", scene.name);
-            film.image()
-        })
-        .collect()
+    let mut runs = Runs::new(scene, settings, count);
+    runs.extend(iterations);
+    runs.images()
 }
 
 /// Independent runs, 32, with as many iterations as are needed to see a relative bias of `detectable` of the image's mean
@@ -187,6 +220,11 @@ impl Means {
     /// The smallest relative bias of the image mean that a comparison with `other` sees.
     pub fn detectable(&self, other: &Self) -> f64 {
         self.image.minus(other.image).detectable() / other.image.mean
+    }
+
+    /// The variance of the image mean.
+    pub fn variance(&self) -> f64 {
+        self.image.error.powi(2)
     }
 
     /// The relative difference of the image means.

@@ -1,10 +1,10 @@
 //! Rung 3 on the scenes of `scenes/`: pt = bpt, on the mean of the image and of each tile.
 //!
 //! A short run is part of the suite. `TYNDALL_STUDY=1` asks for the long one (scripts/README.md), in which every scene
-//! gets as many iterations as are needed to see a bias of 0.5% of the image mean, up to [`MOST`]; `TYNDALL_STUDY=candle` for
-//! that of one scene.
+//! gets as many iterations as are needed to see a bias of 0.5% of the image mean, in [`MOST`] seconds at most;
+//! `TYNDALL_STUDY=candle` for the cases whose name begins so, and no others.
 
-use crate::measure::{Means, runs};
+use crate::measure::{Means, Runs};
 use glam::UVec2;
 use std::path::Path;
 use tyndall::scene::Scene;
@@ -105,8 +105,13 @@ const CASES: [Case; 21] = [
 /// The bias of the image mean that the long study shall see.
 const SMALLEST: f64 = 0.005;
 
-/// Iterations of the long study, at most. A scene that would need more is told by what it can see with as many.
-const MOST: u64 = 3000;
+/// Seconds that the long study gives a scene, at most, on all threads. One that would need more is told by what can be
+/// seen after them.
+const MOST: f64 = 3600.0;
+
+/// How far the study foresees: a variance tells little of one by this many times as many iterations, since few of them miss
+/// the rare paths that rule it.
+const FORESIGHT: f64 = 6.0;
 
 const RUNS: u64 = 24;
 
@@ -116,46 +121,64 @@ const PILOT: u64 = 16;
 #[test]
 fn our_scenes_agree() {
     let study = std::env::var("TYNDALL_STUDY").ok();
-    let wanted = |case: &Case| study.as_ref().is_some_and(|name| name == "1" || name == case.scene);
+    let wanted =
+        |case: &Case| study.as_ref().is_some_and(|part| part == "1" || case.name().starts_with(part));
     // All of them, whatever one says: the long study takes hours.
     let fails = |case: &&Case| std::panic::catch_unwind(|| case.agrees(wanted(case))).is_err();
-    let failed = CASES.iter().filter(fails).count();
+    let failed = CASES.iter().filter(|case| study.is_none() || wanted(case)).filter(fails).count();
     assert_eq!(failed, 0, "scenes that failed");
 }
 
 impl Case {
-    fn means(&self, scene: &Scene, which: usize, seed: u64, iterations: u64) -> Means {
+    fn runs<'s>(&self, scene: &'s Scene, which: usize) -> Runs<'s> {
         let set = TechniqueSet::parse(self.sets[which].split(',')).expect("known names");
-        let settings = Settings { max_length: 16, seed, ..Settings::new(set) };
-        Means::of(&runs(scene, &settings, RUNS, iterations))
+        Runs::new(scene, &Settings { max_length: 16, seed: 1 + which as u64, ..Settings::new(set) }, RUNS)
     }
 
     fn agrees(&self, study: bool) {
-        let (scene, what) = (self.load(), self.name());
-        let (a, b) = (self.means(&scene, 0, 1, PILOT), self.means(&scene, 1, 2, PILOT));
-        let seen = a.detectable(&b);
-        println!("{what}: {:+.4}, detectable {seen:.4}, {PILOT} iterations", a.difference(&b));
-        a.assert_same(&b, &what, f64::INFINITY);
+        let scene = self.load();
+        let mut pair = [0, 1].map(|which| self.runs(&scene, which));
+        pair.iter_mut().for_each(|runs| runs.extend(PILOT));
+        self.compare(&pair, f64::INFINITY);
         if study {
-            self.agrees_sharply(&scene, &what, seen);
+            let sharp = sharpen(&mut pair);
+            self.compare(&pair, if sharp { SMALLEST } else { f64::INFINITY });
         }
     }
 
-    /// `seen`: what [`PILOT`] iterations can see.
-    fn agrees_sharply(&self, scene: &Scene, what: &str, mut seen: f64) {
-        let mut iterations = PILOT;
-        let (a, b) = loop {
-            // A third more than the last variance asks for, until it is enough: a pilot of few iterations misses the rare
-            // paths that rule the variance.
-            let needed = (iterations as f64 * (seen / SMALLEST).powi(2) * 1.33).ceil() as u64;
-            iterations = needed.clamp(iterations + 1, MOST);
-            let (a, b) = (self.means(scene, 0, 3, iterations), self.means(scene, 1, 4, iterations));
-            seen = a.detectable(&b);
-            if seen <= SMALLEST || iterations == MOST {
-                break (a, b);
-            }
-        };
-        println!("{what}: {:+.5}, detectable {seen:.5}, {iterations} iterations", a.difference(&b));
-        a.assert_same(&b, what, if iterations == MOST { f64::INFINITY } else { SMALLEST });
+    fn compare(&self, pair: &[Runs; 2], detectable: f64) {
+        let [a, b] = means(pair);
+        let what = format!("{}, {} and {} iterations", self.name(), pair[0].iterations, pair[1].iterations);
+        let seconds = pair[0].seconds + pair[1].seconds;
+        println!("{what}, {seconds:.0} s: {:+.5}, detectable {:.5}", a.difference(&b), a.detectable(&b));
+        a.assert_same(&b, &what, detectable);
+    }
+}
+
+fn means(pair: &[Runs; 2]) -> [Means; 2] {
+    [0, 1].map(|which| Means::of(&pair[which].images()))
+}
+
+/// Extends both until they tell a bias of [`SMALLEST`], or [`MOST`] seconds have gone: says whether they do. How far
+/// each goes only the variances and the costs say.
+fn sharpen(pair: &mut [Runs; 2]) -> bool {
+    loop {
+        let [a, b] = means(pair);
+        let seen = a.detectable(&b);
+        let left = MOST - pair[0].seconds - pair[1].seconds;
+        if seen <= SMALLEST || left <= 0.0 {
+            return seen <= SMALLEST;
+        }
+        // Of the sum of the variances v / n for n c seconds, the least is where n ∝ √(v / c).
+        let allowed = (a.variance() + b.variance()) * (SMALLEST / seen).powi(2) / 1.1;
+        let cost = |runs: &Runs| runs.seconds / runs.iterations as f64;
+        let variance = [a, b].map(|means| means.variance());
+        let roots = [0, 1].map(|k| (variance[k] * pair[k].iterations as f64 * cost(&pair[k])).sqrt());
+        for (runs, root) in pair.iter_mut().zip(roots) {
+            let needed = root / cost(runs) * (roots[0] + roots[1]) / allowed;
+            let affordable = runs.iterations as f64 + left / cost(runs);
+            let to = needed.min(affordable).min(FORESIGHT * runs.iterations as f64);
+            runs.extend(to.ceil() as u64);
+        }
     }
 }
