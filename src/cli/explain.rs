@@ -6,7 +6,7 @@ use super::render::settings;
 use super::render::techniques;
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::store::SceneKey;
+use crate::experiment::store::{SceneKey, is_image_file};
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
 use crate::render::files::{OUTLIERS, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE};
@@ -148,13 +148,12 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
 /// What to explain instead of the mean over several runs.
 fn of_a_mean(path: &Path, runs: &str) -> String {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let is_run = |name: &str| name.starts_with("run-") && name.ends_with(".exr");
     let mut beside: Vec<PathBuf> =
         std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder })
             .into_iter()
             .flatten()
             .flatten()
-            .filter(|entry| entry.file_name().to_str().is_some_and(is_run))
+            .filter(|entry| entry.file_name().to_str().is_some_and(is_image_file))
             .map(|entry| folder.join(entry.file_name()))
             .collect();
     beside.sort();

@@ -1,6 +1,7 @@
 //! Where the results of an experiment are, said before anything happens there.
 
 use super::args::ExperimentArgs;
+use crate::error::from_root;
 use crate::experiment::plan::Plan;
 use crate::experiment::store::FOLDER;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Names the folder of results whole, says what of the experiment file changes nothing, and where results of the same
 /// experiment are if not there.
 pub fn announce(args: &ExperimentArgs, plan: &Plan, out: &Path) {
-    eprintln!("results of {}: {}", plan.name, whole(out).display());
+    eprintln!("results of {}: {}", plan.name, from_root(out).display());
     for warning in &plan.warnings {
         eprintln!("warning: {warning}");
     }
@@ -23,19 +24,14 @@ pub fn announce(args: &ExperimentArgs, plan: &Plan, out: &Path) {
     }
 }
 
-/// From the root of the file system.
-fn whole(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
-}
-
 /// Results of an experiment where they would be if it had been run from its own folder, or from the one about that.
 fn elsewhere(experiment: &Path, name: &str, out: &Path) -> Option<PathBuf> {
     // Without `..`, so that it can be read and copied.
-    let experiment = experiment.canonicalize().unwrap_or_else(|_| whole(experiment));
+    let experiment = experiment.canonicalize().unwrap_or_else(|_| from_root(experiment));
     let folder = experiment.parent()?;
     let places = [Some(folder), folder.parent()].into_iter().flatten();
     let mut found = places.map(|place| place.join("results").join(name));
-    found.find(|place| *place != whole(out) && place.join(FOLDER).is_dir())
+    found.find(|place| *place != from_root(out) && place.join(FOLDER).is_dir())
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::results::{Cell, Checkpoint, Estimate, Files, Interval, Run, Summary};
 use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
 use super::statistics::two_sided_quantile;
-use super::store::{self, SceneKey, State, Unit};
+use super::store::{self, SceneKey, State, Unit, image_file};
 use super::work::{Got, Work, without_noise};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
@@ -256,7 +256,7 @@ impl<'a> SceneContext<'a> {
             let (spp, seconds) = (outcome.film.iterations(), outcome.seconds);
             checkpoints.push(Checkpoint { spp, seconds, metrics });
         }
-        let exr = format!("{folder}/run-{index:02}.exr");
+        let exr = format!("{folder}/{}", image_file(index));
         // Single runs keep image and variance; layers are kept as means, which is where they are looked at.
         let bare = Settings { layers: Layers::None, ..*settings };
         let mut file = layered(self.scene, &bare, &resolved, &outcome);

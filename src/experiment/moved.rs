@@ -1,7 +1,7 @@
 //! Scenes that go by another name than they did: their runs are there, but are not found.
 
 use super::plan::{Plan, ScenePlan};
-use super::store::SceneKey;
+use super::store::{SceneKey, image_file};
 use crate::film::exr::read_layers;
 use crate::render::files::SCENE_CONTENTS;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub fn hint(plan: &Plan, entry: &ScenePlan, key: &SceneKey, out: &Path) -> Optio
 
 /// The contents of the scene that the runs in a folder are of, by the first that says it.
 fn contents(folder: &Path) -> Option<String> {
-    let runs = folders(folder).into_iter().map(|estimator| estimator.join("run-00.exr"));
+    let runs = folders(folder).into_iter().map(|estimator| estimator.join(image_file(0)));
     let mut found = runs.filter(|run| run.is_file()).filter_map(|run| read_layers(run).ok());
     found.find_map(|file| file.text(SCENE_CONTENTS).map(str::to_owned))
 }

@@ -34,7 +34,7 @@
 use super::hash::Hasher;
 use super::numbers::{named, number, three};
 use super::older;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, from_root};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
 use crate::render::files::all_paths;
@@ -105,7 +105,7 @@ pub struct Origin {
 impl Origin {
     /// Of a text that was read.
     pub fn of(source: &Source) -> Self {
-        let file = std::path::absolute(source.path()).unwrap_or_else(|_| source.path().to_owned());
+        let file = from_root(source.path());
         Self { file, contents: Hasher::default().field(source.text().as_bytes()).hex() }
     }
 

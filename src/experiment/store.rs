@@ -34,6 +34,17 @@ pub const FOLDER: &str = "cells";
 pub const COSTS: &str = "costs";
 /// The folder in a run's with blocks that were rendered ahead of those before them.
 const AHEAD: &str = "ahead";
+/// What the image of a run is called, in the folder of its estimator.
+pub fn image_file(run: u32) -> String {
+    format!("run-{run:02}.exr")
+}
+
+/// Whether a file is called as [`image_file`] calls it.
+pub fn is_image_file(name: &str) -> bool {
+    let number = name.strip_prefix("run-").and_then(|rest| rest.strip_suffix(".exr"));
+    number.is_some_and(|number| number.parse().is_ok_and(|run| image_file(run) == name))
+}
+
 /// First line of a state.
 const MAGIC: &[u8] = b"tyndall film 2\n";
 /// Ends the name of a state.
@@ -495,3 +506,18 @@ fn state(header: Header, bytes: &[u8], empty: &Film) -> Option<State> {
 }
 
 const _: () = assert!(Technique::COUNT == size_of::<Dropped>() / 8, "the header has a count a technique");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_of_runs_are_known_by_their_names() {
+        for run in [0, 7, 99, 100, 12345] {
+            assert!(is_image_file(&image_file(run)), "{run}");
+        }
+        for other in ["mean.exr", "run-.exr", "run-7.exr", "run-00.png", "run--1.exr", "run-00-old.exr"] {
+            assert!(!is_image_file(other), "{other}");
+        }
+    }
+}

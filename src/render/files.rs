@@ -1,7 +1,7 @@
 //! What a render leaves on disk: one EXR with its layers and with the words that tell how it was made.
 
 use super::Outcome;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, from_root};
 use crate::film::Film;
 use crate::film::exr::LayeredImage;
 use crate::medium::Medium;
@@ -214,8 +214,7 @@ pub fn layered(scene: &Scene, settings: &Settings, resolved: &Resolved, outcome:
 /// Where a scene lies and what is in its files, as an EXR's string attributes: with the settings, all that it takes to
 /// walk a sample again.
 pub fn origin(scene: &Path, contents: &str) -> [(String, String); 2] {
-    let path = std::path::absolute(scene).unwrap_or_else(|_| scene.to_owned());
-    [(SCENE_FILE, path.to_string_lossy().into_owned()), (SCENE_CONTENTS, contents.to_owned())]
+    [(SCENE_FILE, from_root(scene).to_string_lossy().into_owned()), (SCENE_CONTENTS, contents.to_owned())]
         .map(|(key, text)| (key.to_owned(), text))
 }
 

@@ -22,7 +22,7 @@ mod textures;
 mod transform;
 pub mod values;
 
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result, from_root, nearest};
 use crate::geometry::Geometry;
 use crate::light::{Light, Lights};
 use crate::scene::import;
@@ -68,9 +68,8 @@ pub fn resolve(scene: &Path) -> Result<PathBuf> {
     if known.iter().any(|k| k == name) {
         return Ok(Path::new("scenes").join(name).join("scene.toml"));
     }
-    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let mut message =
-        format!("there is no such scene file, nor a folder of that name in {}", absolute.display());
+        format!("there is no such scene file, nor a folder of that name in {}", from_root(folder).display());
     if !folder.is_dir() {
         message.push_str(
             ", as that is no folder: names are looked for in the folder scenes/ where tyndall is started",
