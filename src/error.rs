@@ -64,6 +64,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, k)| k)
 }
+
 /// The path from the root of the file system, as whoever reads it may stand elsewhere; as it is where the system
 /// does not know where we stand.
 pub fn from_root(path: &Path) -> PathBuf {

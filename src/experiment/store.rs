@@ -34,6 +34,11 @@ pub const FOLDER: &str = "cells";
 pub const COSTS: &str = "costs";
 /// The folder in a run's with blocks that were rendered ahead of those before them.
 const AHEAD: &str = "ahead";
+/// First line of a state.
+const MAGIC: &[u8] = b"tyndall film 2\n";
+/// Ends the name of a state.
+const EXTENSION: &str = "film";
+
 /// What the image of a run is called, in the folder of its estimator.
 pub fn image_file(run: u32) -> String {
     format!("run-{run:02}.exr")
@@ -44,11 +49,6 @@ pub fn is_image_file(name: &str) -> bool {
     let number = name.strip_prefix("run-").and_then(|rest| rest.strip_suffix(".exr"));
     number.is_some_and(|number| number.parse().is_ok_and(|run| image_file(run) == name))
 }
-
-/// First line of a state.
-const MAGIC: &[u8] = b"tyndall film 2\n";
-/// Ends the name of a state.
-const EXTENSION: &str = "film";
 
 /// An image on the way.
 #[derive(Clone, Debug)]

@@ -124,7 +124,7 @@ impl<'a> Renderer<'a> {
 
     /// Whether [`Self::iterations`] takes less time for many than for as many times one.
     pub fn gains_from_many(&self) -> bool {
-        !self.active.needs_light_paths()
+        self.active.needs_camera_paths() && !self.active.needs_light_paths()
     }
 
     /// Runs these iterations, each a sample a pixel, into `film`. The same index gives the same samples to the bit,
