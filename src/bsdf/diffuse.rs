@@ -25,7 +25,7 @@ impl Diffuse {
     }
 
     /// Of the directions only their cosines with the normal count.
-    #[inline]
+    #[inline(always)]
     pub(super) fn evaluate_cosines(&self, uv: Vec2, cos_l: f32, cos_c: f32) -> BsdfValue {
         if cos_l * cos_c <= 0.0 || cos_l.abs() < GRAZING || cos_c.abs() < GRAZING {
             return BsdfValue::ZERO;

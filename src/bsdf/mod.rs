@@ -179,11 +179,17 @@ impl Material {
     }
 
     /// As [`Self::evaluate`], of unit directions in world space about the unit shading normal `ns`.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate_world(&self, site: Site, ns: Vec3A, wl: Vec3A, wc: Vec3A) -> BsdfValue {
-        if let Self::Diffuse(m) = self {
-            return m.evaluate_cosines(site.uv, wl.dot(ns), wc.dot(ns));
+        match self {
+            // The commonest, without a call.
+            Self::Diffuse(m) => m.evaluate_cosines(site.uv, wl.dot(ns), wc.dot(ns)),
+            other => other.evaluate_rarer(site, ns, wl, wc),
         }
+    }
+
+    #[inline(never)]
+    fn evaluate_rarer(&self, site: Site, ns: Vec3A, wl: Vec3A, wc: Vec3A) -> BsdfValue {
         let frame = Frame::from_normal(ns);
         self.evaluate(site, frame.to_local(wl), frame.to_local(wc))
     }
@@ -197,7 +203,7 @@ impl Material {
 
     /// A direction to go on to. `u`: uniforms in [0, 1), for the lobe and for the direction. `None` where the
     /// sample scatters nothing: below the horizon, grazing, or black.
-    #[inline]
+    #[inline(always)]
     pub fn sample(
         &self,
         site: impl Into<Site>,
@@ -206,6 +212,15 @@ impl Material {
         u: (f32, Vec2),
     ) -> Option<BsdfSample> {
         let site = site.into();
+        match self {
+            // The commonest, without a call.
+            Self::Diffuse(m) => m.sample(site.uv, from, u.1),
+            other => other.sample_rarer(site, from, mode, u),
+        }
+    }
+
+    #[inline(never)]
+    fn sample_rarer(&self, site: Site, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(m) => m.sample(site.uv, from, u.1),
             Self::Mirror(m) => m.sample(site.uv, from),
@@ -272,7 +287,7 @@ impl Material {
 
     /// Probability that a subpath goes on from here: a function of the point alone, so that it is known from both
     /// ends. The albedo's largest channel, at most 1.
-    #[inline]
+    #[inline(always)]
     pub fn continuation(&self, uv: Vec2) -> f32 {
         let albedo = match self {
             // The commonest, without a call.

@@ -357,7 +357,7 @@ impl Band<'_> {
 
     /// Takes a sample of the pixel `pixel` (counted from the band's first), which becomes part of the film with
     /// [`Self::settle`]. What is not finite is counted and left out.
-    #[inline]
+    #[inline(always)]
     pub fn record(&mut self, pixel: usize, sample: &Sample) {
         debug_assert!(
             self.layout.family(sample.technique).is_some(),
@@ -366,7 +366,9 @@ impl Band<'_> {
         if let Some(weighted) = self.checked(sample) {
             let technique = sample.technique.index();
             let sum = &mut self.gathered[technique];
-            sum.iter_mut().zip(weighted.extend(0.0).to_array()).for_each(|(sum, v)| *sum += f64::from(v));
+            let [r, g, b] = weighted.to_array().map(f64::from);
+            let [x, y, z, w] = *sum;
+            *sum = [x + r, y + g, z + b, w];
             self.touched |= 1 << technique;
             if self.layout.has_layers() {
                 self.record_layers(pixel, sample, weighted);

@@ -36,7 +36,7 @@ pub use ray::{Ray, offset_origin, shadow_ray};
 pub use shape::{Hit, ShapeDesc, SurfacePoint};
 pub use stats::{ShapeKind, ShapeStats};
 
-use bvh::{Bvh, Leaf, Primitive};
+use bvh::{Bvh, Found, Leaf, Primitive};
 use glam::{Vec2, Vec3A};
 use parallelogram::{Parallelogram, There};
 use quadric::{Disc, Sphere};
@@ -132,14 +132,8 @@ impl Geometry {
     #[inline(always)]
     fn closest(&self, bvh: &Bvh, ray: &Ray) -> Option<Hit> {
         let found = bvh.closest(ray)?;
-        let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);
-        let point = match found.child.leaf() {
-            Leaf::Block(i) => {
-                let block = &bvh.blocks[i];
-                let prim = block.prim[found.lane & 3];
-                let p = Span::of(block.corners(found.lane)).at(found.at);
-                self.on_triangle(prim, found.at, p)
-            }
+        // Of what a function gives the parts are taken: so the point is put together in registers, and goes to memory once.
+        let SurfacePoint { p, ng, ns, uv, shape, prim } = match found.child.leaf() {
             Leaf::Parallelograms(i) => {
                 let There { prim, barycentric, p, flat } = bvh.parallelograms[i].place(found.lane, found.at);
                 match flat {
@@ -149,6 +143,23 @@ impl Geometry {
                     None => self.on_triangle(prim, barycentric, p),
                 }
             }
+            _ => self.other_point(bvh, ray, &found),
+        };
+        Some(Hit { t: found.t, point: SurfacePoint { p, ng, ns, uv, shape, prim } })
+    }
+
+    /// The point of a hit on anything but a parallelogram.
+    #[inline(never)]
+    fn other_point(&self, bvh: &Bvh, ray: &Ray, found: &Found) -> SurfacePoint {
+        let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);
+        match found.child.leaf() {
+            Leaf::Block(i) => {
+                let block = &bvh.blocks[i];
+                let prim = block.prim[found.lane & 3];
+                let p = Span::of(block.corners(found.lane)).at(found.at);
+                self.on_triangle(prim, found.at, p)
+            }
+            Leaf::Parallelograms(_) => unreachable!("asked of what is no parallelogram"),
             Leaf::Sphere(i) => {
                 let (sphere, prim) = &bvh.spheres[i];
                 sphere.point(at(ray.origin) - sphere.centre.as_dvec3(), self.shape_of[*prim as usize], *prim)
@@ -157,8 +168,7 @@ impl Geometry {
                 let (disc, prim) = &bvh.discs[i];
                 disc.point(at(ray.origin), self.shape_of[*prim as usize], *prim)
             }
-        };
-        Some(Hit { t: found.t, point })
+        }
     }
 
     /// Whether a wall lies on the ray.

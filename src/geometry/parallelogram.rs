@@ -260,7 +260,7 @@ impl Block {
     }
 
     /// What is at (s, t) of a lane.
-    #[inline]
+    #[inline(always)]
     pub(super) fn place(&self, lane: usize, at: Vec2) -> There {
         let lane = lane & 3;
         let (triangle, barycentric) = split(at);

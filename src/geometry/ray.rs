@@ -38,7 +38,7 @@ impl Ray {
 /// The distance is a bound on the rounding of `p` and of the result, so the result is truly on that side; it is a few
 /// ulps of the coordinates, so it does not cross a wall that f32 can tell from nothing. It needs no knowledge of the
 /// primitive's size, since the intersection tests decide hits close to the origin in f64.
-#[inline]
+#[inline(always)]
 pub fn offset_origin(p: Vec3A, n: Vec3A, dir: Vec3A) -> Vec3A {
     let distance = OFFSET * p.abs().dot(n.abs());
     p + n * distance.copysign(n.dot(dir))
@@ -47,16 +47,22 @@ pub fn offset_origin(p: Vec3A, n: Vec3A, dir: Vec3A) -> Vec3A {
 /// The segment between two points, for visibility: each end is moved off its surface, to the side on which the other
 /// end lies. `n0`, `n1`: unit geometric normals (either side) where the ends lie on surfaces, `None` where there is
 /// nothing that could be hit (a lens, a point light).
-#[inline]
+#[inline(always)]
 pub fn shadow_ray(p0: Vec3A, n0: Option<Vec3A>, p1: Vec3A, n1: Option<Vec3A>) -> Ray {
     let towards = p1 - p0;
-    let origin = n0.map_or(p0, |n| offset_origin(p0, n, towards));
+    let origin = match n0 {
+        Some(n) => offset_origin(p0, n, towards),
+        None => p0,
+    };
     // The rounded direction misses the far end by up to 2⁻²³ of the distance: so much more room is needed there. The sum of
     // the coordinates is no less than the distance, and takes no square root.
-    let end = n1.map_or(p1, |n| {
-        let distance = OFFSET * (p1.abs().dot(n.abs()) + towards.abs().element_sum());
-        p1 - n * distance.copysign(n.dot(towards))
-    });
+    let end = match n1 {
+        Some(n) => {
+            let distance = OFFSET * (p1.abs().dot(n.abs()) + towards.abs().element_sum());
+            p1 - n * distance.copysign(n.dot(towards))
+        }
+        None => p1,
+    };
     let segment = end - origin;
     let distance = segment.length();
     if distance > 0.0 {

@@ -82,7 +82,7 @@ impl Geometry {
 
     /// As [`Self::sample_toward`], of the point only what a light needs; of a mesh by where its triangles face
     /// ([`super::facing`]). `both`: the shape shines on either side.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sample_place_toward(
         &self,
         shape: u32,
@@ -91,16 +91,24 @@ impl Geometry {
         u: Vec2,
     ) -> Option<(Place, f32)> {
         let s = &self.shapes[shape as usize];
+        // The commonest, without a call.
+        if let ShapeDesc::Mesh(ref mesh) = s.desc
+            && let Some(whole) = &s.facets(mesh).whole
+        {
+            return Some((whole.place(s.first, u), s.inv_area));
+        }
+        self.sample_rarer_toward(shape, from, both, u)
+    }
+
+    #[inline(never)]
+    fn sample_rarer_toward(&self, shape: u32, from: Vec3A, both: bool, u: Vec2) -> Option<(Place, f32)> {
+        let s = &self.shapes[shape as usize];
         match s.desc {
             ShapeDesc::Sphere { .. } => return self.sample_sphere_toward(shape, from, u),
             ShapeDesc::Mesh(ref mesh) => {
-                let facets = s.facets(mesh);
-                if let Some(whole) = &facets.whole {
-                    return Some((whole.place(s.first, u), s.inv_area));
-                }
-                if let Some(facing) = &facets.facing {
+                if let Some(facing) = &s.facets(mesh).facing {
                     let (i, rest, pdf) = facing.sample(from, both, u.x)?;
-                    let facet = &facets.list[i];
+                    let facet = &s.facets(mesh).list[i];
                     let p = facet.span.at(warp::uniform_triangle(Vec2::new(rest, u.y)));
                     return Some((Place { p, ng: facet.ng, prim: s.first + i as u32 }, pdf));
                 }
@@ -208,7 +216,7 @@ impl Whole {
     }
 
     /// The point at the coordinates `u` along the edges; `first`: the first of its primitives.
-    #[inline]
+    #[inline(always)]
     fn place(&self, first: u32, u: Vec2) -> Place {
         let prim = first + self.triangles[usize::from(u.y > u.x)];
         Place { p: self.facet.span.at(u), ng: self.facet.ng, prim }

@@ -169,7 +169,7 @@ impl Span {
     }
 
     /// The place with the coordinates `at`: of a triangle, the barycentric ones of its second and third corner.
-    #[inline]
+    #[inline(always)]
     pub(super) fn at(&self, at: Vec2) -> Vec3A {
         let [u, v] = self.edges;
         (self.corner + u * f64::from(at.x) + v * f64::from(at.y)).as_vec3a()

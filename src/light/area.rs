@@ -40,7 +40,13 @@ impl AreaLight {
     /// Radiance from a point with the normal `n` along `dir_out`.
     #[inline]
     pub(super) fn emitted(&self, n: Vec3A, dir_out: Vec3A) -> Rgb {
-        if self.two_sided || n.dot(dir_out) > 0.0 { self.radiance } else { Rgb::ZERO }
+        self.emitted_at(n.dot(dir_out))
+    }
+
+    /// The same by the cosine of the direction to the normal.
+    #[inline(always)]
+    pub(super) fn emitted_at(&self, cos: f32) -> Rgb {
+        if self.two_sided || cos > 0.0 { self.radiance } else { Rgb::ZERO }
     }
 
     /// A direction from a point whose outside is `ng`, the normal on its side, and its density per solid angle.
@@ -62,7 +68,12 @@ impl AreaLight {
     /// Density of [`Self::sample_direction`] per solid angle.
     #[inline]
     pub(super) fn pdf_direction(&self, n: Vec3A, dir_out: Vec3A) -> f32 {
-        let cos = n.dot(dir_out);
+        self.pdf_cosine(n.dot(dir_out))
+    }
+
+    /// The same by the cosine of the direction to the normal.
+    #[inline(always)]
+    pub(super) fn pdf_cosine(&self, cos: f32) -> f32 {
         if self.two_sided {
             0.5 * warp::cosine_hemisphere_pdf(cos.abs())
         } else {

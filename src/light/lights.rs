@@ -1,7 +1,7 @@
 //! All lights of a scene: light subpaths start on them by their power, and toward a point they are selected by what they bring there.
 
 use super::reach::{Reach, Source};
-use super::{AreaLight, EmissionSample, Light, LightPoint, LightSample};
+use super::{AreaLight, EmissionSample, Light, LightEnd, LightPoint, LightSample};
 use crate::geometry::{Geometry, SurfacePoint};
 use crate::math::{Discrete, Frame, Rgb, RgbExt, warp};
 use glam::{Vec2, Vec3A};
@@ -200,7 +200,7 @@ impl Lights {
     }
 
     /// A point on a light for a connection to `from`. `None` where the light that was selected does not shine there.
-    #[inline]
+    #[inline(always)]
     pub fn sample_toward(
         &self,
         geometry: &Geometry,
@@ -217,9 +217,47 @@ impl Lights {
         };
         let light = i as u32;
         match &self.lights[i] {
-            Light::Area(l) => area_sample(l, geometry, (light, select), from, u),
-            other => other_sample(other, (light, select), from, u),
+            Light::Area(l) => area_sample(l, geometry, (light, select, self.inv_areas[i]), from, u),
+            other => self.other_sample(other, (light, select), from, u),
         }
+    }
+
+    /// [`area_sample`] for a light without an area.
+    #[inline(never)]
+    fn other_sample(
+        &self,
+        emitter: &Light,
+        (light, select): (u32, f32),
+        from: Vec3A,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let at = |p: Vec3A| LightPoint { p, n: Vec3A::ZERO, light, prim: NONE };
+        let toward = |n: Vec3A| LightPoint { p: Vec3A::ZERO, n, light, prim: NONE };
+        let (point, (dir, distance), radiance, pdf) = match emitter {
+            Light::Area(_) => unreachable!("it has an area"),
+            Light::Point(l) => (at(l.position), direction(from, l.position)?, l.intensity, 1.0),
+            Light::Spot(l) => {
+                let (dir, distance) = direction(from, l.position)?;
+                let radiance = l.emitted(-dir);
+                if radiance.is_black() {
+                    return None;
+                }
+                (at(l.position), (dir, distance), radiance, 1.0)
+            }
+            Light::Directional(l) => (toward(l.toward), (l.toward, f32::INFINITY), l.irradiance, 1.0),
+            Light::Environment(l) => {
+                let (dir, pdf, radiance) = l.sample(u)?;
+                (toward(dir), (dir, f32::INFINITY), radiance, pdf)
+            }
+        };
+        let end = LightEnd {
+            cosine: self.cos_at_light(&point, -dir),
+            pdf_direction: self.pdf_direction(&point, -dir),
+            pdf_place: self.pdf_place(&point),
+            infinite: self.is_infinite(&point),
+            hittable: self.is_hittable(&point),
+        };
+        Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf, end })
     }
 
     /// What `lp` emits along `dir_out` (from the light into the scene): radiance, or a point or spot light's intensity,
@@ -236,19 +274,24 @@ impl Lights {
     }
 
     /// Density of x₀ = `lp` in [`Self::sample_emission`] from `starts`, as [`EmissionSample::pdf_pos`].
-    #[inline]
+    #[inline(always)]
     pub fn pdf_position(&self, starts: &Discrete, lp: &LightPoint) -> f32 {
+        starts.pdf(lp.light as usize) * self.pdf_place(lp)
+    }
+
+    /// The same, given that the light was selected.
+    #[inline(always)]
+    fn pdf_place(&self, lp: &LightPoint) -> f32 {
         let i = lp.light as usize;
-        let select = starts.pdf(i);
         match &self.lights[i] {
-            Light::Area(_) => select * self.inv_areas[i],
-            Light::Point(_) | Light::Spot(_) | Light::Directional(_) => select,
-            Light::Environment(l) => select * l.pdf(lp.n),
+            Light::Area(_) => self.inv_areas[i],
+            Light::Point(_) | Light::Spot(_) | Light::Directional(_) => 1.0,
+            Light::Environment(l) => l.pdf(lp.n),
         }
     }
 
     /// Density of the ray from `lp` along `dir_out`, as [`EmissionSample::pdf_dir`].
-    #[inline]
+    #[inline(always)]
     pub fn pdf_direction(&self, lp: &LightPoint, dir_out: Vec3A) -> f32 {
         match &self.lights[lp.light as usize] {
             Light::Area(l) => l.pdf_direction(lp.n, dir_out),
@@ -274,7 +317,7 @@ impl Lights {
     }
 
     /// D₀ of the light's end of an edge: |cos θ| on an area light, 1 on any other.
-    #[inline]
+    #[inline(always)]
     pub fn cos_at_light(&self, lp: &LightPoint, dir: Vec3A) -> f32 {
         match &self.lights[lp.light as usize] {
             Light::Area(_) => lp.n.dot(dir).abs(),
@@ -283,7 +326,7 @@ impl Lights {
     }
 
     /// The area light at a surface point that a ray found.
-    #[inline]
+    #[inline(always)]
     pub fn at_surface(&self, point: &SurfacePoint) -> Option<LightPoint> {
         let light = self.by_shape[point.shape as usize];
         (light != NONE).then_some(LightPoint { p: point.p, n: point.ng, light, prim: point.prim })
@@ -296,13 +339,13 @@ impl Lights {
     }
 
     /// Whether x₀ is a direction.
-    #[inline]
+    #[inline(always)]
     pub fn is_infinite(&self, lp: &LightPoint) -> bool {
         matches!(self.lights[lp.light as usize], Light::Directional(_) | Light::Environment(_))
     }
 
     /// Whether a camera subpath can find the light by chance (s = 0): area and environment lights.
-    #[inline]
+    #[inline(always)]
     pub fn is_hittable(&self, lp: &LightPoint) -> bool {
         matches!(self.lights[lp.light as usize], Light::Area(_) | Light::Environment(_))
     }
@@ -336,7 +379,7 @@ fn source(light: &Light, geometry: &Geometry) -> Source {
 }
 
 /// Unit direction and distance from `from` to `to`; `None` where they are one point.
-#[inline]
+#[inline(always)]
 fn direction(from: Vec3A, to: Vec3A) -> Option<(Vec3A, f32)> {
     let (dir, distance) = (to - from).normalize_and_length();
     (distance > 0.0).then_some((dir, distance))
@@ -356,54 +399,29 @@ fn point_emission(
 }
 
 /// A point on the area light `light`, selected with the probability `select`, for a connection to `from`.
-#[inline]
+/// `pdf_place`: see [`LightEnd::pdf_place`].
+#[inline(always)]
 fn area_sample(
     l: &AreaLight,
     geometry: &Geometry,
-    (light, select): (u32, f32),
+    (light, select, pdf_place): (u32, f32, f32),
     from: Vec3A,
     u: Vec2,
 ) -> Option<LightSample> {
     let (s, pdf) = geometry.sample_place_toward(l.shape, from, l.two_sided, u)?;
     let (dir, distance) = direction(from, s.p)?;
-    let radiance = l.emitted(s.ng, -dir);
+    let facing = s.ng.dot(dir);
+    let radiance = l.emitted_at(-facing);
     if radiance.is_black() || pdf <= 0.0 {
         return None;
     }
     // A two-sided light emits from the side that the reference point is on.
-    let n = if s.ng.dot(dir) < 0.0 { s.ng } else { -s.ng };
+    let n = if facing < 0.0 { s.ng } else { -s.ng };
     let point = LightPoint { p: s.p, n, light, prim: s.prim };
-    Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf })
-}
-
-/// The same for a light without an area.
-#[inline(never)]
-fn other_sample(emitter: &Light, (light, select): (u32, f32), from: Vec3A, u: Vec2) -> Option<LightSample> {
-    match emitter {
-        Light::Area(_) => unreachable!("it has an area"),
-        Light::Point(l) => {
-            let (dir, distance) = direction(from, l.position)?;
-            let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
-            Some(LightSample { point, dir, distance, radiance: l.intensity, pdf_nee: select })
-        }
-        Light::Spot(l) => {
-            let (dir, distance) = direction(from, l.position)?;
-            let radiance = l.emitted(-dir);
-            let point = LightPoint { p: l.position, n: Vec3A::ZERO, light, prim: NONE };
-            (!radiance.is_black()).then_some(LightSample { point, dir, distance, radiance, pdf_nee: select })
-        }
-        Light::Directional(l) => Some(infinite_sample(light, l.toward, l.irradiance, select)),
-        Light::Environment(l) => {
-            let (toward, pdf, radiance) = l.sample(u)?;
-            Some(infinite_sample(light, toward, radiance, select * pdf))
-        }
-    }
-}
-
-#[inline]
-fn infinite_sample(light: u32, toward: Vec3A, radiance: Rgb, pdf_nee: f32) -> LightSample {
-    let point = LightPoint { p: Vec3A::ZERO, n: toward, light, prim: NONE };
-    LightSample { point, dir: toward, distance: f32::INFINITY, radiance, pdf_nee }
+    let cosine = facing.abs();
+    let end =
+        LightEnd { cosine, pdf_direction: l.pdf_cosine(cosine), pdf_place, infinite: false, hittable: true };
+    Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf, end })
 }
 
 /// A sphere about the scene that rounding does not bring a ray out of; of radius 1 for an empty scene.

@@ -30,7 +30,7 @@ pub use lights::Lights;
 pub use point::PointLight;
 pub use spot::{Falloff, SpotLight};
 
-use crate::math::Rgb;
+use crate::math::{Discrete, Rgb};
 use glam::Vec3A;
 
 /// One light, of any kind.
@@ -116,6 +116,31 @@ pub struct LightSample {
     /// Density of x₀ in its own measure with the probability of the selection (as [`EmissionSample::pdf_pos`], but of
     /// the sampling toward the reference point).
     pub pdf_nee: f32,
+    /// What the weights need of x₀: here, where the light is at hand, so that nothing looks it up again.
+    pub end: LightEnd,
+}
+
+impl LightSample {
+    /// [`Lights::pdf_position`] of x₀.
+    #[inline(always)]
+    pub fn pdf_position(&self, starts: &Discrete) -> f32 {
+        starts.pdf(self.point.light as usize) * self.end.pdf_place
+    }
+}
+
+/// The light's end of the edge of a [`LightSample`].
+#[derive(Clone, Copy, Debug)]
+pub struct LightEnd {
+    /// D₀, see [`Lights::cos_at_light`].
+    pub cosine: f32,
+    /// [`Lights::pdf_direction`] of the edge.
+    pub pdf_direction: f32,
+    /// [`Lights::pdf_position`] of x₀, given that its light was selected.
+    pub pdf_place: f32,
+    /// [`Lights::is_infinite`].
+    pub infinite: bool,
+    /// [`Lights::is_hittable`].
+    pub hittable: bool,
 }
 
 /// Refuses what cannot be a radiance, intensity or irradiance.

@@ -83,11 +83,12 @@ impl Discrete {
     }
 
     /// An entry and what is left of `u`, uniform in [0, 1) again. `u` in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: f32) -> (usize, f32) {
-        if self.probability.len() == 1 {
-            return (0, u);
-        }
+        if self.probability.len() == 1 { (0, u) } else { self.sample_of_many(u) }
+    }
+
+    fn sample_of_many(&self, u: f32) -> (usize, f32) {
         // The first entry whose upper end lies above u has positive probability.
         let ends = &self.cdf[1..];
         let i = match ends {

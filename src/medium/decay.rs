@@ -14,7 +14,7 @@ const LN_2: (f32, f32) = (45_426.0 / 65_536.0, 1.428_606_8e-6);
 const ROUNDING: f32 = 12_582_912.0;
 
 /// exp(−depth) for depths from 0 to infinity, to a relative error of 1e-7; 0 beyond 87.
-#[inline]
+#[inline(always)]
 pub(super) fn decay(depth: Rgb) -> Rgb {
     let last = Rgb::splat(LAST);
     // exp(x) = 2ⁿ exp(r) with |r| <= ln 2 / 2.

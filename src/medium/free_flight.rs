@@ -38,7 +38,7 @@ impl Passage {
 
     /// This, and then a stretch of the optical depth `depth` through a medium of which [`super::Medium::scatters`] says
     /// `scatters`.
-    #[inline]
+    #[inline(always)]
     pub fn then(self, depth: Rgb, scatters: bool) -> Self {
         let passed = decay(depth);
         Self {

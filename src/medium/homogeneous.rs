@@ -11,6 +11,10 @@ pub struct Homogeneous {
     emission: Rgb,
     phase: Phase,
     scatters: bool,
+    /// [`Phase::is_directional`], so that nothing asks the phase function where it is not.
+    directional: bool,
+    /// Of a walk, see [`super::Medium::continuation`].
+    continuation: f32,
 }
 
 impl Homogeneous {
@@ -25,8 +29,7 @@ impl Homogeneous {
         check("emission", emission)?;
         let sigma_t = sigma_a + sigma_s;
         check("sigma_a + sigma_s", sigma_t)?;
-        let coefficients = Coefficients { sigma_t, sigma_s };
-        Ok(Self { coefficients, emission, phase, scatters: !sigma_s.is_black() })
+        Ok(Self::of(Coefficients { sigma_t, sigma_s }, emission, phase))
     }
 
     /// With the extinction `sigma_t` (1/m) of which the share `albedo` is scattered.
@@ -44,8 +47,13 @@ impl Homogeneous {
             ));
         }
         let sigma_s = sigma_t * albedo;
-        let coefficients = Coefficients { sigma_t, sigma_s };
-        Ok(Self { coefficients, emission, phase, scatters: !sigma_s.is_black() })
+        Ok(Self::of(Coefficients { sigma_t, sigma_s }, emission, phase))
+    }
+
+    fn of(coefficients: Coefficients, emission: Rgb, phase: Phase) -> Self {
+        let scatters = !coefficients.sigma_s.is_black();
+        let (directional, continuation) = (phase.is_directional(), coefficients.continuation());
+        Self { coefficients, emission, phase, scatters, directional, continuation }
     }
 
     #[inline]
@@ -54,12 +62,27 @@ impl Homogeneous {
     }
 
     /// σ_t of light along `dir`.
-    #[inline]
+    #[inline(always)]
     fn sigma_t(&self, dir: Vec3A) -> Rgb {
-        self.coefficients.sigma_t * self.phase.area(dir)
+        if self.directional {
+            self.coefficients.sigma_t * self.phase.area(dir)
+        } else {
+            self.coefficients.sigma_t
+        }
     }
 
-    #[inline]
+    /// See [`super::Medium::area`].
+    #[inline(always)]
+    pub(super) fn area(&self, dir: Vec3A) -> f32 {
+        if self.directional { self.phase.area(dir) } else { 1.0 }
+    }
+
+    #[inline(always)]
+    pub(super) fn continuation(&self) -> f32 {
+        self.continuation
+    }
+
+    #[inline(always)]
     pub(super) fn optical_depth(&self, _: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
         let sigma_t = self.sigma_t(dir);
         // 0·∞ is 0 here: where there is nothing, there is nothing for ever.
@@ -71,7 +94,7 @@ impl Homogeneous {
         self.scatters
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn invert(
         &self,
         _: Vec3A,

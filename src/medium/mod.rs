@@ -44,6 +44,15 @@ pub struct Coefficients {
     pub sigma_s: Rgb,
 }
 
+impl Coefficients {
+    /// The largest channel of σ_s/σ_t, at most 1; channels without extinction do not count.
+    #[inline]
+    fn continuation(&self) -> f32 {
+        let albedo = Rgb::select(self.sigma_t.cmpgt(Rgb::ZERO), self.sigma_s / self.sigma_t, Rgb::ZERO);
+        albedo.max_element().min(1.0)
+    }
+}
+
 /// What fills a part of space.
 #[derive(Clone, Debug)]
 pub enum Medium {
@@ -55,7 +64,7 @@ pub enum Medium {
 
 impl Medium {
     /// The coefficients at `p`; of light along ω times [`Self::area`] of ω.
-    #[inline]
+    #[inline(always)]
     pub fn coefficients(&self, p: Vec3A) -> Coefficients {
         match self {
             Self::Homogeneous(m) => m.coefficients(p),
@@ -65,14 +74,17 @@ impl Medium {
 
     /// What coefficients are multiplied by for light along the unit direction `dir`, or the opposite one: above 0, 1 at most, and 1 in
     /// all directions but where there are flakes.
-    #[inline]
+    #[inline(always)]
     pub fn area(&self, dir: Vec3A) -> f32 {
-        self.phase().area(dir)
+        match self {
+            Self::Homogeneous(m) => m.area(dir),
+            Self::Varying(m) => m.phase().area(dir),
+        }
     }
 
     /// ∫ σ_t, as it is along `dir`, over `t0`..`t1` of `origin` + t·`dir`, a channel each. `t1` may be infinite: then the depth is infinite in
     /// channels in which the medium goes on for ever, and 0 in those in which there is none.
-    #[inline]
+    #[inline(always)]
     pub fn optical_depth(&self, origin: Vec3A, dir: Vec3A, t0: f32, t1: f32) -> Rgb {
         match self {
             Self::Homogeneous(m) => m.optical_depth(origin, dir, t0, t1),
@@ -81,7 +93,7 @@ impl Medium {
     }
 
     /// Whether collisions are sampled here: false for media that only absorb.
-    #[inline]
+    #[inline(always)]
     pub fn scatters(&self) -> bool {
         match self {
             Self::Homogeneous(m) => m.scatters(),
@@ -110,7 +122,7 @@ impl Medium {
     }
 
     /// [`Self::invert`] from 0 to `t1`, and the [`Self::optical_depth`] up to there, or over all of it where it ends before that.
-    #[inline]
+    #[inline(always)]
     pub fn fly(
         &self,
         origin: Vec3A,
@@ -203,19 +215,19 @@ impl Medium {
     /// The phase function at `p` between two directions: its value, which times σ_s of [`Self::coefficients`] is what a path's
     /// contribution has, and the densities per solid angle with which a light subpath that came from `wl` goes on to `wc`, and
     /// a camera subpath from `wc` to `wl`.
-    #[inline]
+    #[inline(always)]
     pub fn phase_densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
         self.phase().densities(p, wl, wc)
     }
 
     /// A direction to go on to from a collision at `p`; see [`Phase::sample_at`].
-    #[inline]
+    #[inline(always)]
     pub fn sample_phase(&self, p: Vec3A, from: Vec3A, u: (f32, Vec2)) -> PhaseSample {
         self.phase().sample_at(p, from, u)
     }
 
     /// How a collision changes the direction.
-    #[inline]
+    #[inline(always)]
     pub fn phase(&self) -> &Phase {
         match self {
             Self::Homogeneous(m) => m.phase(),
@@ -224,12 +236,13 @@ impl Medium {
     }
 
     /// Probability that a subpath goes on after a collision at a point with the coefficients `c`: a function of the
-    /// point alone, so that it is known from both ends. The largest channel of σ_s/σ_t, at most 1; channels without
-    /// extinction do not count.
-    #[inline]
+    /// point alone, so that it is known from both ends.
+    #[inline(always)]
     pub fn continuation(&self, c: &Coefficients) -> f32 {
-        let albedo = Rgb::select(c.sigma_t.cmpgt(Rgb::ZERO), c.sigma_s / c.sigma_t, Rgb::ZERO);
-        albedo.max_element().min(1.0)
+        match self {
+            Self::Homogeneous(m) => m.continuation(),
+            Self::Varying(_) => c.continuation(),
+        }
     }
 
     /// Whether it shines.

@@ -8,7 +8,7 @@ pub mod passage;
 pub mod solids;
 
 pub use inside::Inside;
-pub use passage::{Arrival, Collision, End, Stretch};
+pub use passage::{Arrival, Collision, Place, Stretch};
 pub use solids::{Solid, Solids};
 
 use crate::bsdf::Material;

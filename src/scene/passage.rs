@@ -26,22 +26,20 @@ pub struct Collision {
     pub medium: u32,
 }
 
-/// What a flight ends in.
+/// Where a flight ends, and a vertex lies.
 #[derive(Clone, Copy, Debug)]
-pub enum End {
-    /// A surface.
+pub enum Place {
+    /// On a surface.
     Surface(SurfacePoint),
-    /// A scattering point.
-    Collision(Collision),
-    /// Nothing: the ray left the scene.
-    Open,
+    /// In a medium.
+    Medium(Collision),
 }
 
 /// Where a flight led to.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// What it ends in.
-    pub end: End,
+    /// Where it ends; `None` where the ray left the scene.
+    pub place: Option<Place>,
     /// Distance in metres; infinite for an open end.
     pub distance: f32,
     /// What the edge lets through, and its free-flight factors.
@@ -88,7 +86,7 @@ enum Through {
 
 impl Scene {
     /// The medium at a point inside of these solids.
-    #[inline]
+    #[inline(always)]
     pub fn medium_within(&self, inside: &Inside) -> Option<&Medium> {
         self.media.get(self.solids.medium(inside) as usize)
     }
@@ -96,7 +94,7 @@ impl Scene {
     /// The short view: how far light gets along `ray`, which starts inside of the solids `inside`. Draws random numbers
     /// only in scenes where something scatters. `track`: whether media are tracked that can be, see
     /// [`Medium::is_tracked`]; the passage then has them as clear.
-    #[inline]
+    #[inline(always)]
     pub fn fly(&self, ray: &Ray, inside: Inside, track: bool, random: &mut Stream) -> Arrival {
         if self.is_void() {
             return self.fly_in_void(ray, inside);
@@ -115,7 +113,7 @@ impl Scene {
     }
 
     /// A flight where there are no boundaries: one stretch.
-    #[inline]
+    #[inline(always)]
     fn fly_to_wall(
         &self,
         ray: &Ray,
@@ -129,16 +127,16 @@ impl Scene {
         let reach = collision.unwrap_or(f32::INFINITY);
         let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
         let distance = wall.map_or(reach, |hit| hit.t);
-        let end = match (wall, collision, medium) {
-            (Some(hit), ..) => End::Surface(hit.point),
+        let place = match (wall, collision, medium) {
+            (Some(hit), ..) => Some(Place::Surface(hit.point)),
             (None, Some(t), Some(medium)) => {
                 let p = ray.at(t);
-                End::Collision(Collision { p, coefficients: medium.coefficients(p), medium: index })
+                Some(Place::Medium(Collision { p, coefficients: medium.coefficients(p), medium: index }))
             }
-            (None, ..) => End::Open,
+            (None, ..) => None,
         };
         let passage = pass(Passage::CLEAR, medium, &through, ray, distance, wall.is_none());
-        Arrival { end, distance, passage, inside }
+        Arrival { place, distance, passage, inside }
     }
 
     /// Whether there are neither media nor boundaries, but only walls.
@@ -150,11 +148,11 @@ impl Scene {
     /// [`Self::fly`] where it is known that [`Self::is_void`].
     #[inline(always)]
     pub fn fly_in_void(&self, ray: &Ray, inside: Inside) -> Arrival {
-        let (end, distance) = match self.geometry.intersect(ray) {
-            Some(hit) => (End::Surface(hit.point), hit.t),
-            None => (End::Open, f32::INFINITY),
+        let (place, distance) = match self.geometry.intersect(ray) {
+            Some(hit) => (Some(Place::Surface(hit.point)), hit.t),
+            None => (None, f32::INFINITY),
         };
-        Arrival { end, distance, passage: Passage::CLEAR, inside }
+        Arrival { place, distance, passage: Passage::CLEAR, inside }
     }
 
     #[inline(never)]
@@ -177,19 +175,24 @@ impl Scene {
             let reach = collision.unwrap_or(limit * WALL_FIRST);
             let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
             let through = |t: f32| pass(passage, medium, &through, &segment, t, wall.is_none());
-            let arrive =
-                |end: End, t: f32| Arrival { end, distance: passed + t, passage: through(t), inside };
+            let arrive = |place: Option<Place>, t: f32| Arrival {
+                place,
+                distance: passed + t,
+                passage: through(t),
+                inside,
+            };
             match (wall, collision, boundary) {
-                (Some(hit), ..) => return arrive(End::Surface(hit.point), hit.t),
+                (Some(hit), ..) => return arrive(Some(Place::Surface(hit.point)), hit.t),
                 (None, Some(t), _) => {
                     let p = segment.at(t);
                     let index = self.solids.medium(&inside);
                     let coefficients = self.media[index as usize].coefficients(p);
-                    return arrive(End::Collision(Collision { p, coefficients, medium: index }), t);
+                    let collision = Collision { p, coefficients, medium: index };
+                    return arrive(Some(Place::Medium(collision)), t);
                 }
-                (None, None, None) => return arrive(End::Open, f32::INFINITY),
+                (None, None, None) => return arrive(None, f32::INFINITY),
                 (None, None, Some(hit)) if !self.solids.is_passed(hit.point.shape, &inside) => {
-                    return arrive(End::Surface(hit.point), hit.t);
+                    return arrive(Some(Place::Surface(hit.point)), hit.t);
                 }
                 (None, None, Some(hit)) => {
                     passage = through(hit.t);
@@ -249,7 +252,7 @@ impl Scene {
     /// What the segment or half-line `ray`, which starts inside of the solids `inside`, lets through; `None` where
     /// a surface is on it. With a `tracker` media are tracked that can be: the transmittance is an estimate, and survival is without
     /// them.
-    #[inline]
+    #[inline(always)]
     pub fn passage(&self, ray: &Ray, inside: Inside, mut tracker: Option<&mut Stream>) -> Option<Passage> {
         if self.geometry.occluded(ray) {
             return None;
@@ -308,7 +311,7 @@ impl Scene {
 
 /// A flight along `ray` in `medium`, which ends at `limit`. What is left of `draw` is for what comes behind: depths have no
 /// memory, so that a medium that is tracked, with random numbers of its own, leaves it as it is.
-#[inline]
+#[inline(always)]
 fn fly_in(
     medium: Option<&Medium>,
     ray: &Ray,
@@ -335,7 +338,7 @@ fn fly_in(
 }
 
 /// `passage`, and then `ray` through `medium` to `t`; `whole`: as far as `through` is about.
-#[inline]
+#[inline(always)]
 fn pass(
     passage: Passage,
     medium: Option<&Medium>,
@@ -352,7 +355,7 @@ fn pass(
 }
 
 /// `passage`, and then what a shadow ray sees of `medium` up to `length`.
-#[inline]
+#[inline(always)]
 fn see_through(
     passage: Passage,
     medium: Option<&Medium>,

@@ -14,7 +14,7 @@ use crate::geometry::{Ray, shadow_ray};
 use crate::light::LightPoint;
 use crate::math::{Rgb, Stream};
 use crate::medium::Passage;
-use crate::scene::{Arrival, Inside, Scene};
+use crate::scene::{Inside, Scene};
 use glam::UVec2;
 
 /// What a camera subpath is joined with.
@@ -41,7 +41,7 @@ pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partne
 }
 
 /// [`trace`], made once for scenes where nothing is but walls (`VOID`, see [`Scene::is_void`]) and once for all others.
-#[inline]
+#[inline(always)]
 fn trace_in<S: Sink, const VOID: bool>(
     scene: &Scene,
     pass: &Pass,
@@ -168,7 +168,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     }
 
     /// s = 1: a point on a light is sampled from `vertex`.
-    #[inline]
+    #[inline(always)]
     fn next_event(&mut self, vertex: &Vertex, random: &mut Stream) {
         let (lights, geometry) = (&self.scene.lights, &self.scene.geometry);
         let select = random.next_1d();
@@ -186,10 +186,10 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let Some(scattering) = vertex.scatter(self.scene, self.pass, light.dir, vertex.to_previous) else {
             return;
         };
-        let infinite = lights.is_infinite(&light.point);
+        let infinite = light.end.infinite;
         let falloff = if infinite { 1.0 } else { 1.0 / (light.distance * light.distance) };
         let cosine = place.cosine(light.dir);
-        let light_geometry = lights.cos_at_light(&light.point, -light.dir) * falloff;
+        let light_geometry = light.end.cosine * falloff;
         let contribution =
             vertex.throughput * scattering.value * light.radiance * (cosine * light_geometry / light.pdf_nee);
         if contribution == Rgb::ZERO {
@@ -206,16 +206,16 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let pdf_position = lights.pdf_position(&self.pass.starts, &light.point);
+        let pdf_position = light.pdf_position(&self.pass.starts);
         let count = self.raise(light.pdf_nee / pdf_position);
-        let light_side = if self.hit && lights.is_hittable(&light.point) {
+        let light_side = if self.hit && light.end.hittable {
             let reached = passage.density(Rgb::ONE);
             self.raise(scattering.pdf_camera * light_geometry * reached / pdf_position)
         } else {
             0.0
         };
         let density = passage.density(place.rate(self.scene, light.dir));
-        let forward = lights.pdf_direction(&light.point, -light.dir) * (cosine * falloff * density);
+        let forward = light.end.pdf_direction * (cosine * falloff * density);
         let beam = self.pass.beam(Mode::Importance, &passage, density);
         let merges = vertex.merges(self.pass, Mode::Radiance, light.dir).with(beam);
         let camera_side = vertex.link.close(merges, self.raise(scattering.pdf_light), self.raise(forward));
@@ -370,7 +370,7 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
     }
 
     #[inline]
-    fn flown(&mut self, flight: &Flight, arrival: &Arrival) {
+    fn flown(&mut self, flight: &Flight, distance: f32) {
         if self.hit && self.scene.traits.emissive {
             self.record_glow(flight);
         }
@@ -378,7 +378,7 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
             && self.pass.camera_beams
             && flight.length + 1 < self.pass.settings.max_length
         {
-            self.merge_beam(photons, flight, arrival.distance);
+            self.merge_beam(photons, flight, distance);
         }
     }
 
@@ -387,7 +387,7 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
         !self.pass.settings.merging.first || flight.specular
     }
 
-    #[inline]
+    #[inline(always)]
     fn vertex(&mut self, vertex: &Vertex, flight: &Flight, random: &mut Stream) {
         self.sink.vertex(vertex);
         if let Place::Surface(point) = &vertex.place
@@ -409,16 +409,16 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
         }
     }
 
-    fn escaped(&mut self, flight: &Flight, arrival: &Arrival) {
+    fn escaped(&mut self, flight: &Flight, passage: Passage) {
         if let Some(light) = self.scene.lights.infinite_toward(flight.ray.dir) {
             // x_0 is a direction: its density is per solid angle, and the edge has no 1/d².
-            let passed = arrival.passage.density(Rgb::ONE);
+            let passed = passage.density(Rgb::ONE);
             if passed <= 0.0 {
                 return;
             }
             let at = (Rgb::ONE, 1.0);
-            let (link, _) = flight.link(self.pass, Self::MODE, 1.0, &arrival.passage, at, 0.0);
-            let throughput = flight.throughput * (arrival.passage.transmittance / passed);
+            let (link, _) = flight.link(self.pass, Self::MODE, 1.0, &passage, at, 0.0);
+            let throughput = flight.throughput * (passage.transmittance / passed);
             self.record_hit(&light, &link, throughput, flight);
         }
     }

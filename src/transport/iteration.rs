@@ -275,7 +275,7 @@ struct PixelSink<'a, 'b> {
 }
 
 impl Sink for PixelSink<'_, '_> {
-    #[inline]
+    #[inline(always)]
     fn record(&mut self, sample: &Sample, _joint: &Joint) {
         self.band.record(self.pixel, sample);
     }

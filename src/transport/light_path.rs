@@ -13,7 +13,8 @@ use crate::film::Sample;
 use crate::geometry::{Ray, offset_origin, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
 use crate::math::{Rgb, Stream};
-use crate::scene::{Arrival, Scene};
+use crate::medium::Passage;
+use crate::scene::Scene;
 
 /// Traces light subpath `index` of an iteration: keeps in `store` what can be connected or merged, and records its
 /// connections to the lens.
@@ -267,13 +268,13 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
     }
 
     #[inline]
-    fn flown(&mut self, flight: &Flight, arrival: &Arrival) {
+    fn flown(&mut self, flight: &Flight, distance: f32) {
         if !self.beams {
             return;
         }
         let light = self.store.starts.len() as u32 - 1;
         let (beams, depths, path) = (&mut self.store.beams, &mut self.store.depths, self.index);
-        parts(self.scene, self.pass, Mode::Importance, flight, arrival.distance, |stretch| {
+        parts(self.scene, self.pass, Mode::Importance, flight, distance, |stretch| {
             let first = depths.len();
             if let Some(medium) = stretch.medium {
                 medium.depths_along(stretch.origin, stretch.dir, stretch.length, depths);
@@ -282,7 +283,7 @@ impl<S: Sink> Visitor for LightPath<'_, S> {
         });
     }
 
-    fn escaped(&mut self, _flight: &Flight, _arrival: &Arrival) {}
+    fn escaped(&mut self, _flight: &Flight, _passage: Passage) {}
 
     #[inline]
     fn extend(&self, trail: u32, label: Label) -> u32 {

@@ -79,7 +79,7 @@ impl Pass {
     }
 
     /// A density or count as it enters a weight.
-    #[inline]
+    #[inline(always)]
     pub fn raise(&self, x: f32) -> f32 {
         self.settings.heuristic.raise(x)
     }
@@ -96,7 +96,7 @@ impl Pass {
     }
 
     /// g of a place: the share with which it is connected.
-    #[inline]
+    #[inline(always)]
     pub fn share(&self, place: &Place) -> f32 {
         match place {
             Place::Surface(_) => 1.0,
@@ -105,7 +105,7 @@ impl Pass {
     }
 
     /// The probability with which a walk in `mode` goes on from a collision in a medium with this index.
-    #[inline]
+    #[inline(always)]
     pub fn continuation(&self, mode: Mode, (index, medium): (u32, &Medium), at: &Coefficients) -> f32 {
         let most = match mode {
             Mode::Importance => 1.0,
@@ -130,7 +130,7 @@ impl Pass {
 
     /// b(T) of an edge that a walk in `mode` samples, raised: 1/T of long beams, P/T of short ones, where `density` is
     /// T, the free-flight density at the collision that the edge ends in.
-    #[inline]
+    #[inline(always)]
     pub fn beam(&self, mode: Mode, passage: &Passage, density: f32) -> f32 {
         if !self.beams || density <= 0.0 {
             return 0.0;
@@ -143,7 +143,7 @@ impl Pass {
 
     /// M_i at a collision as a walk in `mode` knows it: `own` is b of the edge that it came by, raised, and `sine` that
     /// of the angle between both edges.
-    #[inline]
+    #[inline(always)]
     pub fn merges_at_collision(&self, mode: Mode, own: f32, sine: f32) -> Pending {
         let sine = if self.merges.beam_beam > 0.0 { self.raise(sine) } else { 0.0 };
         match mode {

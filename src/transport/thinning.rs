@@ -33,7 +33,8 @@ use super::technique::{Technique, TechniqueSet};
 use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::math::{Stream, StreamKind};
-use crate::scene::{Arrival, Scene};
+use crate::medium::Passage;
+use crate::scene::Scene;
 
 /// b: so many collisions of a subpath in a medium may be connected on average before they are thinned out.
 const BUNCH: f64 = 2.0;
@@ -170,7 +171,7 @@ impl Visitor for Counter {
         }
     }
 
-    fn escaped(&mut self, _: &Flight, _: &Arrival) {}
+    fn escaped(&mut self, _: &Flight, _: Passage) {}
 
     fn extend(&self, trail: u32, _: Label) -> u32 {
         trail

@@ -10,7 +10,8 @@ use crate::camera::CameraRay;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::{Frame, Rgb, Stream};
 use crate::medium::{Passage, PhaseSample};
-use crate::scene::{Arrival, Collision, End, Inside, Scene};
+pub use crate::scene::Place;
+use crate::scene::{Arrival, Collision, Inside, Scene};
 use glam::Vec3A;
 
 /// A subpath on its way from one vertex to the next.
@@ -48,15 +49,6 @@ pub struct Flight {
     pub trail: u32,
 }
 
-/// Where a vertex lies.
-#[derive(Clone, Copy, Debug)]
-pub enum Place {
-    /// On a surface.
-    Surface(SurfacePoint),
-    /// In a medium.
-    Medium(Collision),
-}
-
 impl Place {
     /// Position.
     #[inline]
@@ -68,7 +60,7 @@ impl Place {
     }
 
     /// D toward the unit direction `dir`: |cos θ| with the geometric normal on a surface, 1 in a medium.
-    #[inline]
+    #[inline(always)]
     pub fn cosine(&self, dir: Vec3A) -> f32 {
         match self {
             Self::Surface(point) => dir.dot(point.ng).abs(),
@@ -78,7 +70,7 @@ impl Place {
 
     /// What [`crate::medium::Passage::density`] takes for an edge along the unit direction `dir`, or the opposite one, that ends
     /// here: σ_t of light along it in a medium, 1 on a surface.
-    #[inline]
+    #[inline(always)]
     pub fn rate(&self, scene: &Scene, dir: Vec3A) -> Rgb {
         match self {
             Self::Surface(_) => Rgb::ONE,
@@ -154,7 +146,7 @@ pub struct Scattering {
 
 /// Whether `direction` is on the same side of the geometric and the shading surface. Where it is not, light would
 /// pass through an opaque surface, so nothing is scattered.
-#[inline]
+#[inline(always)]
 fn consistent(point: &SurfacePoint, direction: Vec3A) -> bool {
     direction.dot(point.ng) * direction.dot(point.ns) > 0.0
 }
@@ -162,7 +154,7 @@ fn consistent(point: &SurfacePoint, direction: Vec3A) -> bool {
 impl Vertex {
     /// The scattering from `wl`, toward the light, to `wc`, toward the camera (both unit, away from the vertex), by
     /// all lobes that are not specular. `None` where there is none.
-    #[inline]
+    #[inline(always)]
     pub fn scatter(&self, scene: &Scene, pass: &Pass, wl: Vec3A, wc: Vec3A) -> Option<Scattering> {
         match &self.place {
             Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
@@ -181,7 +173,7 @@ impl Vertex {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn scatter_surface(
         &self,
         scene: &Scene,
@@ -207,7 +199,7 @@ impl Vertex {
     }
 
     /// Whether anything can be joined to it: it has a lobe that is not specular.
-    #[inline]
+    #[inline(always)]
     pub fn is_connectible(&self, scene: &Scene) -> bool {
         match &self.place {
             Place::Surface(point) => scene.material(point.shape).has_smooth(),
@@ -227,7 +219,7 @@ impl Vertex {
     }
 
     /// M_i where the subpath, walked in `mode`, goes on or is joined in the unit direction `dir`.
-    #[inline]
+    #[inline(always)]
     pub fn merges(&self, pass: &Pass, mode: Mode, dir: Vec3A) -> Pending {
         match self.place {
             Place::Surface(_) => pass.merges.at_surface(),
@@ -255,12 +247,12 @@ pub trait Visitor {
     /// c of the connection that ends this subpath just before the vertex at `place`, to which `flight` leads,
     /// raised (see [`Link::count`]); asked only where the vertex before is not specular.
     fn count(&self, flight: &Flight, place: &Place) -> f32;
-    /// A ray was followed as far as `arrival`. What a vertex there is told comes after this.
-    fn flown(&mut self, _flight: &Flight, _arrival: &Arrival) {}
+    /// A ray was followed for this distance (metres). What a vertex there is told comes after this.
+    fn flown(&mut self, _flight: &Flight, _distance: f32) {}
     /// A vertex was reached. `flight` led to it.
     fn vertex(&mut self, vertex: &Vertex, flight: &Flight, random: &mut Stream);
-    /// The ray left the scene.
-    fn escaped(&mut self, flight: &Flight, arrival: &Arrival);
+    /// The ray left the scene, by this passage.
+    fn escaped(&mut self, flight: &Flight, passage: Passage);
     /// Whether the subpath shall go on.
     #[inline]
     fn goes_on(&self, _flight: &Flight) -> bool {
@@ -272,7 +264,7 @@ pub trait Visitor {
 
 /// Walks on from `flight` until the subpath is absorbed, escapes or has `max_length` edges. `VOID`: whether
 /// [`Scene::is_void`]; a walk there needs nothing of what media need.
-#[inline]
+#[inline(always)]
 pub fn walk<const VOID: bool, V: Visitor>(
     scene: &Scene,
     pass: &Pass,
@@ -282,27 +274,23 @@ pub fn walk<const VOID: bool, V: Visitor>(
     visitor: &mut V,
 ) {
     while flight.length < max_length {
-        let arrival = if VOID {
+        let Arrival { place, distance, passage, inside } = if VOID {
             scene.fly_in_void(&flight.ray, flight.inside)
         } else {
             scene.fly(&flight.ray, flight.inside, pass.tracks, random)
         };
-        visitor.flown(&flight, &arrival);
-        let place = match arrival.end {
-            End::Surface(point) => Place::Surface(point),
-            End::Collision(collision) => Place::Medium(collision),
-            End::Open => {
-                visitor.escaped(&flight, &arrival);
-                return;
-            }
+        visitor.flown(&flight, distance);
+        let Some(place) = place else {
+            visitor.escaped(&flight, passage);
+            return;
         };
         let rate = place.rate(scene, flight.ray.dir);
-        let own = arrival.passage.density(rate);
+        let own = passage.density(rate);
         // No light comes through.
         if own <= 0.0 {
             return;
         }
-        let vertex = arrive(scene, pass, &flight, place, (rate, own), &arrival, visitor);
+        let vertex = arrive(scene, pass, &flight, (place, distance, inside), (passage, rate, own), visitor);
         visitor.vertex(&vertex, &flight, random);
         if vertex.length == max_length
             || !leave(scene, pass, &vertex, random, visitor, &mut flight)
@@ -339,7 +327,7 @@ impl Flight {
 
     /// The link of a vertex at `distance`, reached by a walk in `mode` through `passage`, and b of the edge, raised.
     /// `place`: the vertex's rate (see [`Place::rate`]) and |cos θ|; `count`: c of the connection before it.
-    #[inline]
+    #[inline(always)]
     pub fn link(
         &self,
         pass: &Pass,
@@ -400,31 +388,30 @@ impl Flight {
     }
 }
 
-/// The vertex that a flight ends in, with its rate (see [`Place::rate`]) and the free-flight factor.
-#[inline]
+/// The vertex that a flight ends in: where, after which distance and inside of which solids; the passage to it, its rate
+/// (see [`Place::rate`]) and the free-flight factor.
+#[inline(always)]
 fn arrive<V: Visitor>(
     scene: &Scene,
     pass: &Pass,
     flight: &Flight,
-    place: Place,
-    (rate, own): (Rgb, f32),
-    arrival: &Arrival,
+    (place, distance, inside): (Place, f32, Inside),
+    (passage, rate, own): (Passage, Rgb, f32),
     visitor: &V,
 ) -> Vertex {
-    let passage = &arrival.passage;
     let length = flight.length + 1;
     let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
     let at = (rate, place.cosine(flight.ray.dir));
-    let (link, beam) = flight.link(pass, V::MODE, arrival.distance + flight.skipped, passage, at, count);
+    let (link, beam) = flight.link(pass, V::MODE, distance + flight.skipped, &passage, at, count);
     let (outside, beam) = match &place {
-        Place::Surface(point) => (scene.solids.outside_index(point.shape, &arrival.inside), 0.0),
+        Place::Surface(point) => (scene.solids.outside_index(point.shape, &inside), 0.0),
         Place::Medium(_) => (0.0, beam),
     };
     Vertex {
         place,
         to_previous: -flight.ray.dir,
         throughput: flight.throughput * (passage.transmittance / own),
-        inside: arrival.inside,
+        inside,
         link,
         beam,
         length,
@@ -434,7 +421,7 @@ fn arrive<V: Visitor>(
 }
 
 /// Samples how the subpath goes on, `next`; false where it is absorbed, and then that is left as it is.
-#[inline]
+#[inline(always)]
 fn leave<V: Visitor>(
     scene: &Scene,
     pass: &Pass,
@@ -455,7 +442,7 @@ fn survives(continuation: f32, random: &mut Stream) -> bool {
     continuation >= 1.0 || random.next_1d() < continuation
 }
 
-#[inline]
+#[inline(always)]
 fn leave_surface<V: Visitor>(
     scene: &Scene,
     pass: &Pass,
@@ -510,7 +497,7 @@ fn leave_surface<V: Visitor>(
     true
 }
 
-#[inline]
+#[inline(always)]
 fn leave_collision<V: Visitor>(
     scene: &Scene,
     pass: &Pass,

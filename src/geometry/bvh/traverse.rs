@@ -165,9 +165,12 @@ impl Bvh {
 /// A sphere as a leaf.
 #[inline(always)]
 fn round(sphere: &Sphere, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
-    if sphere.is_missed(ray, nearest) {
-        return None;
-    }
+    if sphere.is_missed(ray, nearest) { None } else { round_exactly(sphere, ray, nearest) }
+}
+
+/// Apart, so that rays that miss all spheres need not be made ready for it.
+#[inline(never)]
+fn round_exactly(sphere: &Sphere, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
     let line = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
     sphere.hit(line, f64::from(nearest)).map(|t| (t as f32, 0, Vec2::ZERO))
 }

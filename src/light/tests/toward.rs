@@ -28,6 +28,12 @@ fn what_a_sample_says_is_what_the_functions_say() {
             );
             assert_eq!(l.radiance, lights.emitted(&l.point, -l.dir), "{name}");
             assert!((l.dir.length() - 1.0).abs() < 1e-5, "{name}");
+            let starts = lights.by_power();
+            assert_eq!(l.pdf_position(starts), lights.pdf_position(starts, &l.point), "{name}");
+            assert_eq!(l.end.pdf_direction, lights.pdf_direction(&l.point, -l.dir), "{name}");
+            assert_eq!(l.end.cosine, lights.cos_at_light(&l.point, -l.dir), "{name}");
+            assert_eq!(l.end.infinite, lights.is_infinite(&l.point), "{name}");
+            assert_eq!(l.end.hittable, lights.is_hittable(&l.point), "{name}");
             if lights.is_infinite(&l.point) {
                 assert!(l.distance == f32::INFINITY && l.point.n == l.dir, "{name}");
             } else {

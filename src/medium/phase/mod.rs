@@ -160,8 +160,18 @@ impl Phase {
 
     /// The value at the point `p`, and the densities of a light subpath that came from `wl` and goes on to `wc`, and of a camera
     /// subpath from `wc` to `wl`.
-    #[inline]
+    #[inline(always)]
     pub fn densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
+        match self {
+            // The commonest, without a call.
+            Self::Isotropic => PhaseDensities::even(isotropic::VALUE),
+            Self::HenyeyGreenstein(phase) => PhaseDensities::even(phase.evaluate(wl, wc)),
+            _ => self.rarer_densities(p, wl, wc),
+        }
+    }
+
+    #[inline(never)]
+    fn rarer_densities(&self, p: Vec3A, wl: Vec3A, wc: Vec3A) -> PhaseDensities {
         let value = match self {
             Self::Sggx(phase) => phase.value(wl, wc),
             Self::Mixture(phase) if phase.is_directional() => phase.evaluate(wl, wc),
@@ -172,8 +182,19 @@ impl Phase {
     }
 
     /// [`Self::sample`] at the point `p`, with the density of the way back.
-    #[inline]
+    #[inline(always)]
     pub fn sample_at(&self, p: Vec3A, from: Vec3A, u: (f32, Vec2)) -> PhaseSample {
+        let (to, pdf) = match self {
+            // The commonest, without a call.
+            Self::Isotropic => isotropic::sample(u.1),
+            Self::HenyeyGreenstein(phase) => phase.sample(from, u.1),
+            _ => return self.rarer_sample_at(p, from, u),
+        };
+        PhaseSample::even(to, pdf)
+    }
+
+    #[inline(never)]
+    fn rarer_sample_at(&self, p: Vec3A, from: Vec3A, u: (f32, Vec2)) -> PhaseSample {
         match self {
             Self::ByPlace(phase) => phase.sample(p, from, u),
             _ => {

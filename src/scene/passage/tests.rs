@@ -164,15 +164,15 @@ fn flights_end_as_their_free_flight_factor_says() {
     for i in 0..FLIGHTS {
         let arrival = scene.fly(&axis(), Inside::NOTHING, false, &mut random);
         let t = f64::from(arrival.distance);
-        let bin = match arrival.end {
-            End::Collision(collision) => {
+        let bin = match arrival.place {
+            Some(Place::Medium(collision)) => {
                 assert!((f64::from(collision.p.z) - (3.0 - t)).abs() < 1e-5);
                 let stretch = STRETCHES.iter().find(|s| t < s.1).expect("in the box");
                 assert!(stretch.3 || t - stretch.0 < 1e-5 || stretch.1 - t < 1e-5, "a collision at {t}");
                 (t * BINS as f64 / 6.0) as usize
             }
-            End::Surface(_) => BINS,
-            End::Open => panic!("the lamp is in the way"),
+            Some(Place::Surface(_)) => BINS,
+            None => panic!("the lamp is in the way"),
         };
         counts[bin] += 1.0;
         if i % 100 == 0 {
@@ -199,7 +199,7 @@ fn what_only_absorbs_draws_nothing() {
     scene.traits = crate::scene::Traits::of(&scene.media);
     let (mut random, mut untouched) = (stream(5), stream(5));
     let arrival = scene.fly(&axis(), Inside::NOTHING, false, &mut random);
-    assert!(matches!(arrival.end, End::Surface(_)));
+    assert!(matches!(arrival.place, Some(Place::Surface(_))));
     assert_eq!(arrival.passage.survival, Rgb::ONE);
     assert!((f64::from(arrival.passage.transmittance.x) - (-0.3f64 * 4.0).exp()).abs() < 1e-6);
     assert_eq!(random.next_1d(), untouched.next_1d());

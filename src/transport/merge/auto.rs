@@ -34,7 +34,7 @@ use super::settings::{MERGES, PathCount, Radius, place_of};
 use super::starts;
 use crate::geometry::Ray;
 use crate::math::{Discrete, Stream, StreamKind};
-use crate::scene::{End, Scene};
+use crate::scene::Scene;
 use crate::transport::settings::Settings;
 use crate::transport::technique::{Technique, TechniqueSet};
 use crate::transport::thinning::Thinning;
@@ -179,7 +179,7 @@ fn footprint(scene: &Scene) -> Option<f32> {
             false,
             &mut random,
         );
-        if !matches!(arrival.end, End::Open) {
+        if arrival.place.is_some() {
             footprints.push(arrival.distance / (ray.pdf * pixels).sqrt());
         }
     }

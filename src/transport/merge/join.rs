@@ -44,7 +44,7 @@ impl From<&Vertex> for Arm {
 }
 
 /// What the medium with this index does to light at a point `p` of it, where its coefficients are `at`.
-#[inline]
+#[inline(always)]
 pub fn scatter_in(
     pass: &Pass,
     (index, medium): (u32, &Medium),
