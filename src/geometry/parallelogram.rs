@@ -6,7 +6,7 @@
 //! with a bound on its rounding; what is left is decided in f64. Its hits are still hits of the triangles.
 
 use super::mesh::{TriangleMesh, cross};
-use super::ray::Ray;
+use super::ray::{Footing, Ray};
 use super::shape::Span;
 use super::triangle::{LANES, Plane};
 use glam::{DVec3, Vec2, Vec3, Vec3A, Vec4};
@@ -107,6 +107,8 @@ pub(super) struct Block {
     reach: Vec4,
     /// The larger sum of the coefficients' sizes of `edges` (1/m).
     slope: Vec4,
+    /// [`Footing::key`] of both primitives; of what is not used NaN.
+    keys: [Vec4; 2],
     /// Primitives, counted over all shapes, in the order of [`Parallelogram::triangles`].
     prims: [[u32; 2]; LANES],
     exact: [Exact; LANES],
@@ -191,6 +193,7 @@ impl Block {
             edges: [[Vec4::ZERO; 4]; 2],
             reach: Vec4::ZERO,
             slope: Vec4::ZERO,
+            keys: [Vec4::NAN; 2],
             prims: [[u32::MAX; 2]; LANES],
             exact: [empty; LANES],
             used: (1 << members.len()) - 1,
@@ -212,6 +215,9 @@ impl Block {
             let corners = member.all_corners();
             block.reach[lane] = ROUNDING * corners.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
             block.prims[lane] = member.triangles.map(|k| first + k as u32);
+            for (keys, prim) in block.keys.iter_mut().zip(block.prims[lane]) {
+                keys[lane] = Footing::key(prim);
+            }
             block.exact[lane] = exact;
         }
         block
@@ -223,25 +229,41 @@ impl Block {
     /// rates by 7·2⁻²⁴. A hit is at most √3·M away, so the distance is wrong by 22·2⁻²⁴·M/|rate|, and s and t by as much
     /// times the sum of their coefficients' sizes, and 15·2⁻²⁴·M times that sum of their own. Where the rate is 0, all
     /// bounds are infinite or NaN, and no comparison with those rules a lane out.
+    ///
+    /// A segment mostly has both ends on one side of a plane, as in a room. The height of its end is wrong by no more than
+    /// 12·2⁻²⁴ times M with its length; of a ray without an end all is infinite or NaN again.
     #[inline(always)]
-    fn candidates(&self, ray: &Ray, nearest: f32) -> u32 {
+    fn candidates<const ANY: bool>(&self, ray: &Ray, nearest: f32) -> u32 {
         let origin = ray.origin.to_array().map(Vec4::splat);
         let dir = ray.dir.to_array().map(Vec4::splat);
-        let reach = Vec4::splat(ray.origin.abs().max_element() * ROUNDING);
-        let inverse = 1.0 / linear(&self.height, &dir);
-        let t = -affine(&self.height, &origin) * inverse;
-        let margin = (self.reach + reach) * (inverse.abs() + 1.0);
+        let rate = linear(&self.height, &dir);
+        let height = affine(&self.height, &origin);
+        let [from, to] = ray.ends.map(Vec4::splat);
+        let mut out = self.keys[0].cmpeq(from) | self.keys[1].cmpeq(from);
+        let size = ray.origin.abs().max_element() + if ANY { nearest } else { 0.0 };
+        let reach = self.reach + Vec4::splat(size * ROUNDING);
+        if ANY {
+            let end = height + rate * nearest;
+            out |= self.keys[0].cmpeq(to) | self.keys[1].cmpeq(to);
+            out |= height.min(end).cmpgt(reach) | height.max(end).cmplt(-reach);
+            if self.used & !out.bitmask() == 0 {
+                return 0;
+            }
+        }
+        let inverse = 1.0 / rate;
+        let t = -height * inverse;
+        let margin = reach * (inverse.abs() + 1.0);
         let place = [0, 1, 2].map(|k| origin[k] + t * dir[k]);
         let [x, y] = [0, 1].map(|k| affine(&self.edges[k], &place).abs());
         let rim = margin * self.slope + 0.5;
-        let missed = t.cmplt(-margin) | t.cmpgt(margin + nearest) | x.max(y).cmpgt(rim);
-        self.used & !missed.bitmask()
+        out |= t.cmplt(-margin) | t.cmpgt(margin + nearest) | x.max(y).cmpgt(rim);
+        self.used & !out.bitmask()
     }
 
     /// The nearest hit in (0, `nearest`): distance, lane, s and t. Of `ANY` hit there only the lane.
     #[inline(always)]
     pub(super) fn hit<const ANY: bool>(&self, ray: &Ray, mut nearest: f32) -> Option<(f32, usize, Vec2)> {
-        let mut mask = self.candidates(ray, nearest);
+        let mut mask = self.candidates::<ANY>(ray, nearest);
         let mut best = None;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize & 3;

@@ -17,13 +17,43 @@ pub struct Ray {
     pub dir: Vec3A,
     /// Hits at this distance or further do not count (metres).
     pub t_max: f32,
+    /// What it starts on, and what it ends on where it ends: flat things, which it need not be tested against. See
+    /// [`Footing::key`]; 0 for nothing.
+    pub ends: [f32; 2],
+}
+
+/// The surface that an end of a ray lies on.
+#[derive(Clone, Copy, Debug)]
+pub struct Footing {
+    /// Unit geometric normal (either side).
+    pub normal: Vec3A,
+    /// The primitive, counted over all shapes; `u32::MAX` where it is not known.
+    pub prim: u32,
+}
+
+impl Footing {
+    /// The bits of 1.
+    const ONE: u32 = 0x3f80_0000;
+
+    /// A primitive as a positive number that no other one has, as f32 are compared four at a time; 0 for what is none.
+    #[inline(always)]
+    pub(crate) fn key(prim: u32) -> f32 {
+        if prim < Self::ONE { f32::from_bits(Self::ONE + prim) } else { 0.0 }
+    }
+
+    /// The ray from `p` on the surface in the unit direction `dir`, started just off the surface on that side.
+    #[inline]
+    pub fn spawn(&self, p: Vec3A, dir: Vec3A) -> Ray {
+        let ends = [Self::key(self.prim), 0.0];
+        Ray { ends, ..Ray::new(offset_origin(p, self.normal, dir), dir) }
+    }
 }
 
 impl Ray {
     /// A ray without an end. `dir` is a unit vector.
     #[inline]
     pub fn new(origin: Vec3A, dir: Vec3A) -> Self {
-        Self { origin, dir, t_max: f32::INFINITY }
+        Self { origin, dir, t_max: f32::INFINITY, ends: [0.0; 2] }
     }
 
     /// The point at distance `t`.
@@ -45,29 +75,29 @@ pub fn offset_origin(p: Vec3A, n: Vec3A, dir: Vec3A) -> Vec3A {
 }
 
 /// The segment between two points, for visibility: each end is moved off its surface, to the side on which the other
-/// end lies. `n0`, `n1`: unit geometric normals (either side) where the ends lie on surfaces, `None` where there is
-/// nothing that could be hit (a lens, a point light).
+/// end lies. `on0`, `on1`: what the ends lie on, `None` where there is nothing that could be hit (a lens, a point light).
 #[inline(always)]
-pub fn shadow_ray(p0: Vec3A, n0: Option<Vec3A>, p1: Vec3A, n1: Option<Vec3A>) -> Ray {
+pub fn shadow_ray(p0: Vec3A, on0: Option<Footing>, p1: Vec3A, on1: Option<Footing>) -> Ray {
     let towards = p1 - p0;
-    let origin = match n0 {
-        Some(n) => offset_origin(p0, n, towards),
-        None => p0,
+    let (origin, from) = match on0 {
+        Some(Footing { normal, prim }) => (offset_origin(p0, normal, towards), Footing::key(prim)),
+        None => (p0, 0.0),
     };
     // The rounded direction misses the far end by up to 2⁻²³ of the distance: so much more room is needed there. The sum of
     // the coordinates is no less than the distance, and takes no square root.
-    let end = match n1 {
-        Some(n) => {
-            let distance = OFFSET * (p1.abs().dot(n.abs()) + towards.abs().element_sum());
-            p1 - n * distance.copysign(n.dot(towards))
+    let (end, to) = match on1 {
+        Some(Footing { normal, prim }) => {
+            let distance = OFFSET * (p1.abs().dot(normal.abs()) + towards.abs().element_sum());
+            (p1 - normal * distance.copysign(normal.dot(towards)), Footing::key(prim))
         }
-        None => p1,
+        None => (p1, 0.0),
     };
     let segment = end - origin;
     let distance = segment.length();
+    let ends = [from, to];
     if distance > 0.0 {
-        Ray { origin, dir: segment / distance, t_max: distance * (1.0 - 2.0 * OFFSET) }
+        Ray { origin, dir: segment / distance, t_max: distance * (1.0 - 2.0 * OFFSET), ends }
     } else {
-        Ray { origin, dir: Vec3A::Z, t_max: 0.0 }
+        Ray { origin, dir: Vec3A::Z, t_max: 0.0, ends }
     }
 }

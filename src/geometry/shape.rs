@@ -3,7 +3,7 @@
 use super::aabb::Aabb;
 use super::mesh::TriangleMesh;
 use super::quadric::{Disc, Sphere};
-use super::ray::{Ray, offset_origin};
+use super::ray::{Footing, Ray};
 use super::transform;
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
@@ -28,7 +28,13 @@ impl SurfacePoint {
     /// The ray from here in the unit direction `dir`, started just off the surface on that side.
     #[inline]
     pub fn spawn(&self, dir: Vec3A) -> Ray {
-        Ray::new(offset_origin(self.p, self.ng, dir), dir)
+        self.footing().spawn(self.p, dir)
+    }
+
+    /// What a ray from here starts on.
+    #[inline]
+    pub fn footing(&self) -> Footing {
+        Footing { normal: self.ng, prim: self.prim }
     }
 }
 

@@ -30,6 +30,7 @@ pub use lights::Lights;
 pub use point::PointLight;
 pub use spot::{Falloff, SpotLight};
 
+use crate::geometry::Footing;
 use crate::math::{Discrete, Rgb};
 use glam::Vec3A;
 
@@ -77,10 +78,10 @@ pub struct LightPoint {
 }
 
 impl LightPoint {
-    /// The normal of the surface that the point lies on, for offsets of rays; `None` but for area lights.
-    #[inline]
-    pub fn surface_normal(&self) -> Option<Vec3A> {
-        (self.prim != u32::MAX).then_some(self.n)
+    /// The surface that the point lies on, for rays from and to it; `None` but for area lights.
+    #[inline(always)]
+    pub fn footing(&self) -> Option<Footing> {
+        (self.prim != u32::MAX).then_some(Footing { normal: self.n, prim: self.prim })
     }
 }
 

@@ -202,7 +202,7 @@ impl Solids {
         }
         let (centre, radius) = geometry.bounding_sphere();
         let distance = 2.0 * radius + (point - centre).length();
-        let mut ray = Ray { origin: point + ODD_DIRECTION * distance, dir: -ODD_DIRECTION, t_max: distance };
+        let mut ray = Ray { t_max: distance, ..Ray::new(point + ODD_DIRECTION * distance, -ODD_DIRECTION) };
         loop {
             let wall = geometry.intersect(&ray);
             let nearer = Ray { t_max: wall.map_or(ray.t_max, |h| h.t), ..ray };

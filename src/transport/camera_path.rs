@@ -198,7 +198,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let ray = if infinite {
             place.spawn(light.dir)
         } else {
-            shadow_ray(position, place.normal(), light.point.p, light.point.surface_normal())
+            shadow_ray(position, place.footing(), light.point.p, light.point.footing())
         };
         let inside = vertex.inside_toward(self.scene, light.dir);
         let Some(passage) = self.passage(&ray, inside, tracker.as_mut()) else { return };
@@ -272,7 +272,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let ray = shadow_ray(here, vertex.place.normal(), there, other.place.normal());
+        let ray = shadow_ray(here, vertex.place.footing(), there, other.place.footing());
         let inside = vertex.inside_toward(self.scene, dir);
         let Some(passage) = self.passage(&ray, inside, None) else { return };
         let contribution = contribution * passage.transmittance;

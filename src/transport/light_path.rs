@@ -10,7 +10,7 @@ use super::technique::Technique;
 use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::film::Sample;
-use crate::geometry::{Ray, offset_origin, shadow_ray};
+use crate::geometry::{Ray, shadow_ray};
 use crate::light::{EmissionSample, LightPoint};
 use crate::math::{Rgb, Stream};
 use crate::medium::Passage;
@@ -108,12 +108,12 @@ impl<'a, S: Sink> LightPath<'a, S> {
     fn depart(&self, emission: &EmissionSample) -> Flight {
         let infinite = self.scene.lights.is_infinite(&self.light);
         let cosine = self.scene.lights.cos_at_light(&self.light, emission.dir);
-        let origin = match self.light.surface_normal() {
-            Some(normal) => offset_origin(emission.origin, normal, emission.dir),
-            None => emission.origin,
+        let ray = match self.light.footing() {
+            Some(footing) => footing.spawn(emission.origin, emission.dir),
+            None => Ray::new(emission.origin, emission.dir),
         };
         Flight {
-            ray: Ray::new(origin, emission.dir),
+            ray,
             from: emission.origin,
             skipped: 0.0,
             inside: self.scene.inside_at_light(&self.light, emission.dir),
@@ -172,7 +172,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         let ray = if infinite {
             Ray::new(lens + dir * skipped, dir)
         } else {
-            shadow_ray(lens + dir * skipped, None, self.light.p, self.light.surface_normal())
+            shadow_ray(lens + dir * skipped, None, self.light.p, self.light.footing())
         };
         let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside, None) else { return };
         let contribution = contribution * passage.transmittance;
@@ -214,7 +214,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let ray = shadow_ray(lens + dir * skipped, None, position, vertex.place.normal());
+        let ray = shadow_ray(lens + dir * skipped, None, position, vertex.place.footing());
         let Some(passage) = self.scene.passage(&ray, self.scene.camera_inside, None) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {

@@ -7,7 +7,7 @@ use super::mis::{Link, Pending};
 use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
 use crate::camera::CameraRay;
-use crate::geometry::{Ray, SurfacePoint};
+use crate::geometry::{Footing, Ray, SurfacePoint};
 use crate::math::{Frame, Rgb, Stream};
 use crate::medium::{Passage, PhaseSample};
 pub use crate::scene::Place;
@@ -89,11 +89,11 @@ impl Place {
         }
     }
 
-    /// The geometric normal of a surface.
-    #[inline]
-    pub fn normal(&self) -> Option<Vec3A> {
+    /// What a ray from or to here lies on with its end.
+    #[inline(always)]
+    pub fn footing(&self) -> Option<Footing> {
         match self {
-            Self::Surface(point) => Some(point.ng),
+            Self::Surface(point) => Some(point.footing()),
             Self::Medium(_) => None,
         }
     }

@@ -100,15 +100,20 @@ fn points_that_see_each_other_are_not_hidden_by_their_own_surfaces() {
                         };
                         if faces(a, p.ng.dot(d)) && faces(b, -q.ng.dot(d)) {
                             let told = format!("scale {scale}, centre {centre}, {p:?} {q:?}");
-                            let ray = shadow_ray(p.p, Some(p.ng), q.p, Some(q.ng));
+                            let ray = shadow_ray(p.p, Some(p.footing()), q.p, Some(q.footing()));
                             assert!(!geometry.occluded(&ray), "{told}");
-                            let back = shadow_ray(q.p, Some(-q.ng), p.p, Some(-p.ng));
+                            let back = shadow_ray(
+                                q.p,
+                                Some(Footing { normal: -q.ng, ..q.footing() }),
+                                p.p,
+                                Some(Footing { normal: -p.ng, ..p.footing() }),
+                            );
                             assert!(!geometry.occluded(&back), "{told}");
                             assert!(!geometry.occluded(&shadow_ray(
                                 p.p + d * scale * 1e-2,
                                 None,
                                 q.p,
-                                Some(q.ng)
+                                Some(q.footing())
                             )));
                         }
                     }
@@ -138,7 +143,7 @@ fn thin_walls_do_not_leak() {
                 continue;
             }
             let told = format!("scale {scale}, centre {centre}, {a:?} {b:?}");
-            let ray = shadow_ray(a.p, Some(a.ng), b.p, Some(b.ng));
+            let ray = shadow_ray(a.p, Some(a.footing()), b.p, Some(b.footing()));
             // The segment leads through the wall: from a point it leaves by the inside.
             assert!(!geometry.occluded(&ray), "from inside nothing is in the way: {told}");
             let outside = (a.ng + direction(&mut s) * 0.5).normalize();

@@ -84,7 +84,7 @@ fn hits_are_those_of_the_triangles() {
                 let to = centre + point(&mut s) * scale;
                 let Some(dir) = (to - from).try_normalize() else { continue };
                 let t_max = if s.next_1d() < 0.3 { s.next_1d() * 4.0 * scale } else { f32::INFINITY };
-                let ray = Ray { origin: from, dir, t_max };
+                let ray = Ray { t_max, ..Ray::new(from, dir) };
                 let (a, b) = (triangles.intersect(&ray), whole.intersect(&ray));
                 assert_eq!(whole.occluded(&ray), b.is_some(), "{ray:?}");
                 let (a, b) = match (a, b) {
@@ -225,5 +225,61 @@ fn drawn_points_are_on_their_triangle() {
             assert!(found.prim == drawn.prim || (uv.x - uv.y).abs() < 1e-4, "{} {found:?}", drawn.prim);
             assert!(found.p.distance(drawn.p) < 1e-5 && found.ng.distance(drawn.ng) < 1e-5);
         }
+    }
+}
+
+/// What a ray starts and ends on is left out of its tests, and would not have been hit.
+#[test]
+fn rays_know_what_they_start_and_end_on() {
+    let mut s = stream(66);
+    let (mut clear, mut occluded) = (0, 0);
+    for (scale, centre) in scales() {
+        for _ in 0..20 {
+            let mut place = || {
+                let middle = centre + point(&mut s) * scale;
+                ShapeDesc::Mesh(cube(&mut s, scale, middle))
+            };
+            let geometry = Geometry::build(vec![place(), place(), place()]);
+            for _ in 0..200 {
+                let [a, b] = [(); 2].map(|()| geometry.sample_area(s.next_u64() as u32 % 3, s.next_2d()));
+                // Within a face either answer will do: no light goes along it.
+                if a.prim / 2 == b.prim / 2 {
+                    continue;
+                }
+                let ray = shadow_ray(a.p, Some(a.footing()), b.p, Some(b.footing()));
+                assert_eq!(ray.ends.map(|e| e > 0.0), [true; 2]);
+                let bare = Ray { ends: [0.0; 2], ..ray };
+                let hit = geometry.occluded(&ray);
+                assert_eq!(hit, geometry.occluded(&bare), "{ray:?}");
+                *if hit { &mut occluded } else { &mut clear } += 1;
+                let ray = a.spawn(direction(&mut s));
+                let [t, bare] =
+                    [ray, Ray { ends: [0.0; 2], ..ray }].map(|ray| geometry.intersect(&ray).map(|h| h.t));
+                assert_eq!(t, bare, "{ray:?}");
+            }
+        }
+    }
+    assert!(clear > 5000 && occluded > 5000, "{clear} {occluded}");
+}
+
+/// Both triangles of a parallelogram stand for it, and no other number does.
+#[test]
+fn what_a_ray_starts_on_is_told_by_its_number() {
+    let geometry = Geometry::build(vec![ShapeDesc::Mesh(TriangleMesh::unit_square())]);
+    let above = Ray::new(Vec3A::new(0.2, 0.1, 1.0), -Vec3A::Z);
+    let meets = |ends: [f32; 2], t_max: f32| {
+        let ray = Ray { ends, t_max, ..above };
+        (geometry.intersect(&ray).is_some(), geometry.occluded(&ray))
+    };
+    let key = Footing::key;
+    assert_eq!(meets([0.0; 2], 3.0), (true, true));
+    for prim in [0, 1] {
+        assert_eq!(meets([key(prim), 0.0], 3.0), (false, false));
+        assert_eq!(meets([0.0, key(prim)], 3.0), (true, false));
+    }
+    for prim in [2, 3, u32::MAX] {
+        assert_eq!(meets([key(prim); 2], 3.0), (true, true));
+        assert_eq!(meets([key(prim); 2], f32::INFINITY), (true, true));
+        assert_eq!(meets([key(prim); 2], 0.5), (false, false));
     }
 }

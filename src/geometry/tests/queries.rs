@@ -62,7 +62,7 @@ fn rays(count: usize, scale: f32, centre: Vec3A, seed: u64) -> Vec<Ray> {
             }
             let origin = if i % 6 == 4 { dir * -30.0 + point(&mut s) } else { origin };
             let t_max = if i % 6 == 5 { s.next_1d() * scale } else { f32::INFINITY };
-            Ray { origin: centre + origin * scale, dir, t_max }
+            Ray { t_max, ..Ray::new(centre + origin * scale, dir) }
         })
         .collect()
 }

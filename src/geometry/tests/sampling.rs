@@ -160,7 +160,7 @@ fn from_inside_a_sphere_its_area_is_sampled() {
         let (p, pdf) = geometry.sample_toward(0, from, s.next_2d()).unwrap();
         assert_eq!(pdf, 1.0 / geometry.area(0));
         assert_eq!(pdf, geometry.pdf_toward(0, from, &p));
-        assert!(!geometry.occluded(&shadow_ray(from, None, p.p, Some(p.ng))) || i % 2 == 1);
+        assert!(!geometry.occluded(&shadow_ray(from, None, p.p, Some(p.footing()))) || i % 2 == 1);
     }
 }
 

@@ -155,7 +155,7 @@ fn light_points_know_their_kind() {
         assert_eq!(lights.is_delta_position(&lp), position, "{kind}");
         assert_eq!(lights.is_delta_direction(&lp), direction, "{kind}");
         assert_eq!(lights.infinite_toward(Vec3A::Y).is_some(), kind == "environment");
-        assert_eq!(lp.surface_normal().is_some(), kind == "area");
+        assert_eq!(lp.footing().is_some(), kind == "area");
         let s = geometry.sample_area(0, Vec2::new(0.2, 0.7));
         assert_eq!(lights.at_surface(&s).is_some(), kind == "area");
     }

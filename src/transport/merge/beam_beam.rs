@@ -28,7 +28,7 @@ pub fn gather(
     mut record: impl FnMut(&Sample, Meeting),
 ) {
     let radius = pass.gathers.of(Technique::BeamBeam).radius;
-    let camera_ray = Ray { origin: stretch.origin, dir: stretch.dir, t_max: stretch.length };
+    let camera_ray = Ray { t_max: stretch.length, ..Ray::new(stretch.origin, stretch.dir) };
     let medium = &scene.media[stretch.index as usize];
     photons.beams_for_beams.along(camera_ray.origin, camera_ray.dir, camera_ray.t_max, |piece| {
         if piece.medium != stretch.index {

@@ -26,7 +26,7 @@ pub fn gather(
     mut record: impl FnMut(&Sample, Meeting),
 ) {
     let radius = pass.gathers.of(Technique::PointBeam).radius;
-    let ray = Ray { origin: stretch.origin, dir: stretch.dir, t_max: stretch.length };
+    let ray = Ray { t_max: stretch.length, ..Ray::new(stretch.origin, stretch.dir) };
     let medium = &scene.media[stretch.index as usize];
     photons.balls.along(ray.origin, ray.dir, ray.t_max, |entry| {
         let p = entry.p.into();
