@@ -55,7 +55,7 @@ struct Style {
 /// As large as its contents; in px.
 const FREE: Style = Style { font: 11.0, line: 15.0, gap: 8.0, first: 13.0, bar: 2.5, pen: 1.0, lines: 8 };
 /// Room for the names of rows at their left, without a paper.
-const NAME_WIDTH: f64 = 130.0;
+const NAME_WIDTH: f64 = 114.0;
 /// On a paper, no label makes images wider than so many times the least.
 const WIDER: f64 = 1.35;
 /// On a paper, share of the width that an image of a row of its own has, and that any other has at most.
@@ -118,7 +118,9 @@ impl Montage {
     pub fn svg(&self) -> String {
         let names = self.rows.iter().flat_map(|r| r.name.split('\n'));
         let longest = names.map(|l| face::width(l, FREE.font)).fold(0.0, f64::max);
-        let margin = if longest > 0.0 { (longest + 2.0 * FREE.gap).min(NAME_WIDTH) } else { FREE.gap };
+        // Not from the margin, whose rounding could be what a name lacks.
+        let room = longest.min(NAME_WIDTH);
+        let margin = if longest > 0.0 { room + 2.0 * FREE.gap } else { FREE.gap };
         let tile_width = |r: &Row| r.tile_width.unwrap_or(self.tile_width);
         let row_width = |r: &Row| r.tiles.len() as f64 * (tile_width(r) + FREE.gap);
         let inner = self.rows.iter().map(row_width).fold(0.0, f64::max);
@@ -134,7 +136,7 @@ impl Montage {
         for (row, line) in self.rows.iter().zip(&lines) {
             for (i, name) in row.name.split('\n').filter(|n| !n.is_empty()).enumerate() {
                 let y = y + 0.5 * line.image(&FREE) + FREE.line * i as f64;
-                let shown = face::shortened(name, margin - 2.0 * FREE.gap, FREE.font);
+                let shown = face::shortened(name, room, FREE.font);
                 names.leaf("text", &[("x", &FREE.gap), ("y", &y)], shown);
             }
             y += line.height(&FREE);
@@ -305,5 +307,29 @@ mod tests {
         assert_eq!(imbalance(&svg), None);
         assert_eq!(svg.matches("<image").count(), 4);
         assert_eq!(svg.matches("s &amp; t").count(), 6);
+    }
+
+    #[test]
+    fn names_of_rows_that_there_is_room_for_are_whole() {
+        // As sizes of letters have no end in binary, some names are a rounding wider than the room made for them.
+        for name in [
+            "mean weight",
+            "−0.27 blue,",
+            "weighted",
+            "unweighted",
+            "k = 12",
+            "variance",
+            "0 to 0.15",
+            "bias",
+        ] {
+            let mut montage = Montage::new(String::new(), 100.0);
+            montage.push(0, Tile::default());
+            montage.name_row(0, name);
+            assert!(montage.svg().contains(name), "{name}");
+        }
+        let mut montage = Montage::new(String::new(), 100.0);
+        montage.push(0, Tile::default());
+        montage.name_row(0, &"long ".repeat(20));
+        assert!(montage.svg().contains('…'));
     }
 }
