@@ -9,7 +9,7 @@ use super::reference::Truth;
 use super::results::{Cell, Checkpoint, Estimate, Files, Interval, Run, Summary};
 use super::shares::Shares;
 use super::split::{efficiency, noise_variance, split};
-use super::statistics::two_sided_quantile;
+use super::statistics::{mean, two_sided_quantile};
 use super::store::{self, SceneKey, State, Unit, image_file};
 use super::work::{Got, Work, without_noise};
 use crate::error::{Error, Result};
@@ -527,11 +527,12 @@ impl<'a> SceneContext<'a> {
         if cell.runs.iter().any(|r| Some(r.seed) == truth.seed) {
             warnings.push("a run and the reference have the same seed: they are not independent".to_owned());
         }
-        for summary in &cell.summary {
-            let Some(noise) = summary.noise else { continue };
-            let share = noise / summary.measured.unwrap_or(summary.value).mean;
+        let told = cell.summary.iter().filter_map(|summary| {
+            let share = summary.noise? / summary.measured.unwrap_or(summary.value).mean;
             let metric = self.plan.metrics.iter().find(|m| m.description().key == summary.metric);
-            let label = metric.map_or("", |m| m.description().label);
+            Some((metric.map_or("", |m| m.description().label).to_owned(), share))
+        });
+        for (label, share) in told.chain(self.noise_of_efficiency(truth, cell)) {
             if share > DOMINANT_NOISE {
                 warnings.push(format!(
                     "the reference's own noise dominates the {label} ({:.0}% of it): what is left without it is hardly known, and \
@@ -545,6 +546,18 @@ impl<'a> SceneContext<'a> {
                 ));
             }
         }
+    }
+
+    /// The share of the reference's noise in the MSE that efficiencies go by, where that is none of the metrics that were asked
+    /// for: then nothing else would tell.
+    fn noise_of_efficiency(&self, truth: &Truth, cell: &Cell) -> Option<(String, f64)> {
+        if self.plan.metrics.contains(&Metric::Mse) {
+            return None;
+        }
+        let noise = truth.noise(Metric::Mse).ok().flatten()?;
+        let errors: Option<Vec<f64>> = cell.runs.iter().map(|r| r.mse).collect();
+        let share = noise / (noise + mean(&errors?)?);
+        Some((format!("{}, by which efficiencies are compared", Metric::Mse.description().label), share))
     }
 }
 

@@ -14,7 +14,7 @@ pub fn estimate(values: &[f64]) -> Option<Estimate> {
     Some(Estimate { mean: mean(values)?, interval: mean_interval(values, CONFIDENCE) })
 }
 
-/// How a metric falls, from the checkpoints that all runs have.
+/// How a metric falls, from the checkpoints that all runs have, and from their ends, which differ where time ends them.
 pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
     let value = |c: &Checkpoint| c.metrics.get(metric).copied();
     let (first, others) = runs.split_first()?;
@@ -29,6 +29,7 @@ pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
         let seconds = same.iter().map(|c| c.seconds).sum::<f64>() / runs.len() as f64;
         points.push(CurvePoint { spp: checkpoint.spp, seconds, value });
     }
+    points.extend(end(runs, value).filter(|end| points.last().is_none_or(|p| end.spp > p.spp)));
     let over = |x: fn(&Run, &Checkpoint) -> f64| {
         slope(runs.iter().map(|r| r.checkpoints.iter().filter_map(|c| Some((x(r, c), value(c)?))).collect()))
     };
@@ -39,6 +40,16 @@ pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
         slope_spp,
         slope_seconds: over(|r, c| c.seconds - r.setup),
     })
+}
+
+/// The mean of the runs' last checkpoints.
+fn end(runs: &[Run], value: impl Fn(&Checkpoint) -> Option<f64>) -> Option<CurvePoint> {
+    let last: Option<Vec<&Checkpoint>> = runs.iter().map(|r| r.checkpoints.last()).collect();
+    let last = last?;
+    let values: Option<Vec<f64>> = last.iter().map(|c| value(c)).collect();
+    let over = |x: &dyn Fn(&Checkpoint) -> f64| last.iter().map(|c| x(c)).sum::<f64>() / last.len() as f64;
+    let spp = over(&|c| c.spp as f64).round() as u64;
+    Some(CurvePoint { spp, seconds: over(&|c| c.seconds), value: estimate(&values?)? })
 }
 
 /// The mean slope over the runs, each fitted on its own, with the interval of that mean; a single run has none, as its
@@ -96,7 +107,10 @@ mod tests {
         ];
         let curve = curve("mse", &runs).unwrap();
         let spps: Vec<u64> = curve.points.iter().map(|p| p.spp).collect();
-        assert_eq!(spps, [1, 2, 4], "the ends differ");
+        assert_eq!(spps, [1, 2, 4, 8], "of ends that differ, their mean");
+        let end = curve.points.last().unwrap();
+        assert!((end.value.mean - 0.5 * (1.0 / 7.0 + 0.375)).abs() < 1e-12 && end.value.interval.is_some());
+        assert_eq!(end.seconds, 3.75);
         assert_eq!(curve.points[1].value.mean, 1.0);
         assert_eq!(curve.points[1].seconds, 1.0);
         for slope in [curve.slope_spp.unwrap(), curve.slope_seconds.unwrap()] {

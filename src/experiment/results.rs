@@ -431,7 +431,7 @@ pub struct Curve {
 /// A point of a [`Curve`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
-    /// Samples per pixel.
+    /// Samples per pixel; of the last point the mean over the runs, rounded, where they end apart.
     pub spp: u64,
     /// Seconds of rendering, the mean over the runs.
     pub seconds: f64,

@@ -44,10 +44,11 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
     m.tag("section", &[("id", &id), ("class", &"why")], |m| {
         m.leaf("h3", &[], "Why");
         if !told.is_empty() {
-            let text = "What each technique adds to the image, which variance its own image has, which share of the whole \
+            let text = "What each technique adds to the image, which variance its own image has, and which share of the whole \
                  image's variance it causes (its covariance with the whole: these sum up to 100 %, and one is negative where \
-                 its noise is against that of the others), and how much shorter an iteration is without it.";
-            m.leaf("p", &[("class", &"note")], text);
+                 its noise is against that of the others)";
+            let end = if is_timed(&told) { "; and how much shorter an iteration is without it." } else { "." };
+            m.leaf("p", &[("class", &"note")], format!("{text}{end}"));
             let label = format!("techniques of {}", view.scene.label);
             m.region(&[("class", &"scroll")], &label, |m| m.tag("table", &[], |m| table(m, &told)),
             );
@@ -61,8 +62,13 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
     context.figures.extend(figure.filter(|_| wanted).map(|svg| (format!("{}-spread", view.slug), svg)));
 }
 
+/// Whether it was measured how much time each technique takes.
+fn is_timed(told: &[&Entry]) -> bool {
+    told.iter().any(|e| e.cell.techniques.iter().any(|t| t.time.is_some()))
+}
+
 fn table(m: &mut Markup, told: &[&Entry]) {
-    let timed = told.iter().any(|e| e.cell.techniques.iter().any(|t| t.time.is_some()));
+    let timed = is_timed(told);
     let mut headings = vec!["estimator", "technique", "energy", "its own variance", "variance it causes"];
     if timed {
         headings.push("time without it");

@@ -297,8 +297,8 @@ impl TechniqueSet {
         if let Some(preset) = PRESETS.iter().find(|p| p.key == name) {
             return Ok(Self::of(preset.techniques));
         }
-        let known: Vec<&str> =
-            PRESETS.iter().map(|p| p.key).chain(TECHNIQUES.iter().map(|i| i.key)).collect();
+        let mut known: Vec<&str> = PRESETS.iter().map(|p| p.key).collect();
+        known.extend(TECHNIQUES.iter().map(|i| i.key).filter(|key| PRESETS.iter().all(|p| p.key != *key)));
         let hint =
             nearest(name, known.iter().copied()).map_or(String::new(), |n| format!("; did you mean '{n}'?"));
         Err(Error::usage(format!("unknown technique or preset '{name}'{hint} (known: {})", known.join(", "))))

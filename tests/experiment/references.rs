@@ -3,7 +3,7 @@
 use crate::common::{Bench, EXPERIMENT};
 use crate::results;
 use std::collections::{BTreeMap, HashSet};
-use tyndall::experiment::results::Results;
+use tyndall::experiment::results::{Cell, Results};
 use tyndall::film::exr::{read_layers, read_rgb};
 
 #[test]
@@ -84,6 +84,11 @@ fn a_file_can_be_the_reference() {
     let warned = |part: &str| results.cells.iter().any(|c| c.warnings.iter().any(|w| w.contains(part)));
     assert!(warned("the reference's own noise"), "6 spp are no reference for 4");
     bench.refuse("run experiment.toml --out again --set size=[48,32]", &["truth.exr", "24x16", "48x32"]);
+    // Efficiencies go by the MSE also where it was not asked for.
+    bench.succeed("run experiment.toml --set metrics=['smape']");
+    let results = self::results(&bench);
+    let told = |c: &Cell| c.warnings.iter().any(|w| w.contains("MSE, by which efficiencies are compared"));
+    assert!(results.cells.iter().any(told), "{:?}", results.cells[0].warnings);
 }
 
 #[test]
