@@ -17,19 +17,15 @@ pub fn estimate(values: &[f64]) -> Option<Estimate> {
 /// How a metric falls, from the checkpoints that all runs have, and from their ends, which differ where time ends them.
 pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
     let value = |c: &Checkpoint| c.metrics.get(metric).copied();
-    let (first, others) = runs.split_first()?;
     let mut points = Vec::new();
-    for checkpoint in &first.checkpoints {
-        let mut same = vec![checkpoint];
-        same.extend(others.iter().filter_map(|r| r.checkpoints.iter().find(|c| c.spp == checkpoint.spp)));
-        let values: Option<Vec<f64>> = same.iter().map(|c| value(c)).collect();
-        let Some(value) = values.filter(|v| v.len() == runs.len()).and_then(|v| estimate(&v)) else {
-            continue;
-        };
-        let seconds = same.iter().map(|c| c.seconds).sum::<f64>() / runs.len() as f64;
-        points.push(CurvePoint { spp: checkpoint.spp, seconds, value });
+    for Checkpoint { spp, .. } in &runs.first()?.checkpoints {
+        let same: Option<Vec<_>> =
+            runs.iter().map(|r| r.checkpoints.iter().find(|c| c.spp == *spp)).collect();
+        points.extend(same.and_then(|same| point(&same, value)));
     }
-    points.extend(end(runs, value).filter(|end| points.last().is_none_or(|p| end.spp > p.spp)));
+    let ends: Option<Vec<_>> = runs.iter().map(|r| r.checkpoints.last()).collect();
+    let end = ends.and_then(|ends| point(&ends, value));
+    points.extend(end.filter(|end| points.last().is_none_or(|p| end.spp > p.spp)));
     let over = |x: fn(&Run, &Checkpoint) -> f64| {
         slope(runs.iter().map(|r| r.checkpoints.iter().filter_map(|c| Some((x(r, c), value(c)?))).collect()))
     };
@@ -42,14 +38,12 @@ pub fn curve(metric: &str, runs: &[Run]) -> Option<Curve> {
     })
 }
 
-/// The mean of the runs' last checkpoints.
-fn end(runs: &[Run], value: impl Fn(&Checkpoint) -> Option<f64>) -> Option<CurvePoint> {
-    let last: Option<Vec<&Checkpoint>> = runs.iter().map(|r| r.checkpoints.last()).collect();
-    let last = last?;
-    let values: Option<Vec<f64>> = last.iter().map(|c| value(c)).collect();
-    let over = |x: &dyn Fn(&Checkpoint) -> f64| last.iter().map(|c| x(c)).sum::<f64>() / last.len() as f64;
-    let spp = over(&|c| c.spp as f64).round() as u64;
-    Some(CurvePoint { spp, seconds: over(&|c| c.seconds), value: estimate(&values?)? })
+/// The mean of a checkpoint of each run; none where one has no value.
+fn point(same: &[&Checkpoint], value: impl Fn(&Checkpoint) -> Option<f64>) -> Option<CurvePoint> {
+    let values: Option<Vec<f64>> = same.iter().map(|c| value(c)).collect();
+    let over = |x: fn(&Checkpoint) -> f64| same.iter().map(|c| x(c)).sum::<f64>() / same.len() as f64;
+    let spp = over(|c| c.spp as f64).round() as u64;
+    Some(CurvePoint { spp, seconds: over(|c| c.seconds), value: estimate(&values?)? })
 }
 
 /// The mean slope over the runs, each fitted on its own, with the interval of that mean; a single run has none, as its

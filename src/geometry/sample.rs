@@ -106,9 +106,10 @@ impl Geometry {
         match s.desc {
             ShapeDesc::Sphere { .. } => return self.sample_sphere_toward(shape, from, u),
             ShapeDesc::Mesh(ref mesh) => {
-                if let Some(facing) = &s.facets(mesh).facing {
+                let facets = s.facets(mesh);
+                if let Some(facing) = &facets.facing {
                     let (i, rest, pdf) = facing.sample(from, both, u.x)?;
-                    let facet = &s.facets(mesh).list[i];
+                    let facet = &facets.list[i];
                     let p = facet.span.at(warp::uniform_triangle(Vec2::new(rest, u.y)));
                     return Some((Place { p, ng: facet.ng, prim: s.first + i as u32 }, pdf));
                 }

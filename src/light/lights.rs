@@ -253,7 +253,8 @@ impl Lights {
         let end = LightEnd {
             cosine: self.cos_at_light(&point, -dir),
             pdf_direction: self.pdf_direction(&point, -dir),
-            pdf_place: self.pdf_place(&point),
+            // Exactly what `pdf_place` would find again.
+            pdf_place: pdf,
             infinite: self.is_infinite(&point),
             hittable: self.is_hittable(&point),
         };

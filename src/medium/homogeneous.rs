@@ -64,11 +64,7 @@ impl Homogeneous {
     /// σ_t of light along `dir`.
     #[inline(always)]
     fn sigma_t(&self, dir: Vec3A) -> Rgb {
-        if self.directional {
-            self.coefficients.sigma_t * self.phase.area(dir)
-        } else {
-            self.coefficients.sigma_t
-        }
+        self.coefficients.sigma_t * self.area(dir)
     }
 
     /// See [`super::Medium::area`].

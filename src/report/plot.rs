@@ -29,10 +29,8 @@ const HEIGHT: f64 = 400.0;
 const PANEL: [f64; 4] = [72.0, 34.0, 500.0, 346.0];
 /// Height of a line of a name, or of its remark.
 const LABEL_LINE: f64 = 15.0;
-/// On a page, letters are of a font of the reader's and bold: some are so much wider than those of the files.
-const WIDER_FONT: f64 = 1.35;
-/// Width of the names.
-const NAMES: f64 = WIDTH - PANEL[2] - 34.0;
+/// Width of the names in the letters of files: on a page they are of a font of the reader's and bold, some so much wider.
+const NAMES: f64 = (WIDTH - PANEL[2] - 34.0) / 1.35;
 /// Height of the panel over the width of the paper, and at most, in widths of a column of 8.5 cm.
 const PANEL_SHAPE: [f64; 2] = [0.62, 0.75];
 
@@ -363,7 +361,7 @@ impl Plot {
             self.curves.iter().map(|c| drawn_end(c).map(|(x, y)| axes.at(x, y))).collect();
         let wanted: Vec<f64> = ends.iter().map(|e| e.map_or(bottom, |e| e.1)).collect();
         let lines: Vec<Vec<String>> =
-            self.curves.iter().map(|c| wrapped(&c.label, NAMES / WIDER_FONT, place.small, 2)).collect();
+            self.curves.iter().map(|c| wrapped(&c.label, NAMES, place.small, 2)).collect();
         let tallest = lines.iter().map(|l| l.len() + 1).max().unwrap_or(1) as f64;
         let room = (bottom - top + 40.0) / self.curves.len() as f64;
         // With many curves only the first line of each name fits; the page lists the slopes in a table too.
