@@ -180,7 +180,6 @@ impl Film {
                     splats,
                     splatted: false,
                     gathered: [[0.0; 4]; Technique::COUNT],
-                    touched: 0,
                     dropped: Dropped::default(),
                 };
                 work(&mut band);
@@ -299,12 +298,10 @@ pub struct Band<'a> {
     splats: &'a mut [[f64; 3]],
     /// Whether there are any.
     splatted: bool,
-    /// What the pixel that is being traced got, by technique: most samples fall on one pixel after the other, and are
-    /// added up here, where the processor has them at hand. Black between pixels. A fourth number, 0, as the processor adds
-    /// two at a time.
+    /// What the pixel that is being traced got, by technique as in the film: most samples fall on one pixel after the other,
+    /// and are added up here, where the processor has them at hand. Black between pixels. A fourth number, 0, as the
+    /// processor adds two at a time.
     gathered: [[f64; 4]; Technique::COUNT],
-    /// Of which techniques something may be gathered: a bit a technique.
-    touched: u16,
     dropped: Dropped,
 }
 
@@ -359,17 +356,14 @@ impl Band<'_> {
     /// [`Self::settle`]. What is not finite is counted and left out.
     #[inline(always)]
     pub fn record(&mut self, pixel: usize, sample: &Sample) {
-        debug_assert!(
-            self.layout.family(sample.technique).is_some(),
-            "only techniques that are on make samples"
-        );
+        let family = self.layout.family(sample.technique);
+        debug_assert!(family.is_some(), "only techniques that are on make samples");
+        let Some(family) = family else { return };
         if let Some(weighted) = self.checked(sample) {
-            let technique = sample.technique.index();
-            let sum = &mut self.gathered[technique];
+            let sum = &mut self.gathered[family];
             let [r, g, b] = weighted.to_array().map(f64::from);
             let [x, y, z, w] = *sum;
             *sum = [x + r, y + g, z + b, w];
-            self.touched |= 1 << technique;
             if self.layout.has_layers() {
                 self.record_layers(pixel, sample, weighted);
             }
@@ -380,22 +374,18 @@ impl Band<'_> {
     /// come to in all to its variance. Once a pixel and iteration, as its part of the film comes by once then.
     #[inline]
     pub fn settle(&mut self, pixel: usize) {
-        if self.splatted {
-            let lens = Technique::Lens.index();
+        if self.splatted
+            && let Some(lens) = self.layout.family(Technique::Lens)
+        {
             let splats = std::mem::take(&mut self.splats[pixel]);
             self.gathered[lens].iter_mut().zip(splats).for_each(|(sum, v)| *sum += v);
-            self.touched |= 1 << lens;
         }
-        let sums = self.sums.of_pixel(pixel);
         let mut whole = [0.0; 4];
-        let mut touched = std::mem::take(&mut self.touched);
-        // In the order of their numbers, as in the film: so the sum of the images is this one to the bit.
-        while touched != 0 {
-            let technique = touched.trailing_zeros() as usize;
-            touched &= touched - 1;
-            let gathered = std::mem::take(&mut self.gathered[technique]);
-            let Some(family) = self.layout.family_at(technique) else { continue };
-            sums[family].iter_mut().zip(gathered).for_each(|(sum, v)| *sum += v);
+        // In the order of the film: so the sum of the images is this one to the bit. Also what got nothing: to find out which
+        // did would take longer.
+        for (sum, gathered) in self.sums.of_pixel(pixel).iter_mut().zip(&mut self.gathered) {
+            let gathered = std::mem::take(gathered);
+            sum.iter_mut().zip(gathered).for_each(|(sum, v)| *sum += v);
             whole.iter_mut().zip(gathered).for_each(|(sum, v)| *sum += v);
         }
         let [r, g, b, _] = whole;

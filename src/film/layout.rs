@@ -117,13 +117,7 @@ impl Layout {
     /// Index of the weighted image of a technique, where it is on.
     #[inline]
     pub(super) fn family(&self, technique: Technique) -> Option<usize> {
-        self.family_at(technique.index())
-    }
-
-    /// The same by [`Technique::index`].
-    #[inline]
-    pub(super) fn family_at(&self, technique: usize) -> Option<usize> {
-        self.family[technique].map(usize::from)
+        self.family[technique.index()].map(usize::from)
     }
 
     /// Whether the techniques' unweighted images and mean weights are kept.
