@@ -32,7 +32,7 @@ mod triangle;
 
 pub use aabb::Aabb;
 pub use mesh::TriangleMesh;
-pub use ray::{Footing, Ray, offset_origin, shadow_ray};
+pub use ray::{Footing, Ray, offset_origin, shadow_ray, shadow_ray_along};
 pub use shape::{Hit, ShapeDesc, SurfacePoint};
 pub use stats::{ShapeKind, ShapeStats};
 

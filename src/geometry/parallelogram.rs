@@ -9,6 +9,7 @@ use super::mesh::{TriangleMesh, cross};
 use super::ray::{Footing, Ray};
 use super::shape::Span;
 use super::triangle::{LANES, Plane};
+use crate::math::choose;
 use glam::{DVec3, Vec2, Vec3, Vec3A, Vec4};
 
 /// How far over its rim a parallelogram is hit, as part of its edges: rounding of f64 shall open no gap between two.
@@ -89,7 +90,8 @@ impl Parallelogram {
 /// barycentric coordinates of its second and third corner there.
 #[inline]
 pub(super) fn split(Vec2 { x: s, y: t }: Vec2) -> (usize, Vec2) {
-    if t <= s { (0, Vec2::new(s - t, t)) } else { (1, Vec2::new(s, t - s)) }
+    let first = t <= s;
+    (usize::from(!first), Vec2::new(s - choose(first, t, 0.0), t - choose(first, 0.0, s)))
 }
 
 /// An affine function of the position, for each lane: coefficients of x, y, z, and the constant.
@@ -180,6 +182,9 @@ fn linear(f: &Affine, x: &[Vec4; 3]) -> Vec4 {
 }
 
 impl Block {
+    /// How many [`Self::hit_of`] takes.
+    pub(super) const AT_ONCE: usize = u32::BITS as usize / LANES;
+
     /// From one to four, each with the primitive index of the first of its two triangles.
     pub(super) fn new(members: &[(Parallelogram, u32)]) -> Self {
         let empty = Exact {
@@ -262,13 +267,28 @@ impl Block {
 
     /// The nearest hit in (0, `nearest`): distance, lane, s and t. Of `ANY` hit there only the lane.
     #[inline(always)]
-    pub(super) fn hit<const ANY: bool>(&self, ray: &Ray, mut nearest: f32) -> Option<(f32, usize, Vec2)> {
-        let mut mask = self.candidates::<ANY>(ray, nearest);
+    pub(super) fn hit<const ANY: bool>(&self, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
+        Self::hit_of::<ANY>(std::slice::from_ref(self), ray, nearest)
+    }
+
+    /// The nearest hit among several blocks, no more than [`Self::AT_ONCE`]. Lanes are counted through them.
+    ///
+    /// Which of them a ray hits nothing can foretell, but mostly it hits one: so all are asked before any is looked into.
+    #[inline(always)]
+    pub(super) fn hit_of<const ANY: bool>(
+        blocks: &[Self],
+        ray: &Ray,
+        mut nearest: f32,
+    ) -> Option<(f32, usize, Vec2)> {
+        let mut mask = 0;
+        for (i, block) in blocks.iter().enumerate() {
+            mask |= block.candidates::<ANY>(ray, nearest) << (LANES * i);
+        }
         let mut best = None;
         while mask != 0 {
-            let lane = mask.trailing_zeros() as usize & 3;
+            let lane = mask.trailing_zeros() as usize;
             mask &= mask - 1;
-            let Some(inside) = self.exact[lane].hit(ray, nearest) else { continue };
+            let Some(inside) = blocks[lane / LANES].exact[lane % LANES].hit(ray, nearest) else { continue };
             if ANY {
                 return Some((0.0, lane, Vec2::ZERO));
             }

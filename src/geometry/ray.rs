@@ -76,8 +76,17 @@ pub fn offset_origin(p: Vec3A, n: Vec3A, dir: Vec3A) -> Vec3A {
 
 /// The segment between two points, for visibility: each end is moved off its surface, to the side on which the other
 /// end lies. `on0`, `on1`: what the ends lie on, `None` where there is nothing that could be hit (a lens, a point light).
-#[inline(always)]
+#[inline]
 pub fn shadow_ray(p0: Vec3A, on0: Option<Footing>, p1: Vec3A, on1: Option<Footing>) -> Ray {
+    shadow_ray_along([(p0, on0), (p1, on1)], (p1 - p0).length_recip())
+}
+
+/// [`shadow_ray`] where 1 over the distance between the points is at hand.
+#[inline(always)]
+pub fn shadow_ray_along([(p0, on0), (p1, on1)]: [(Vec3A, Option<Footing>); 2], inverse_distance: f32) -> Ray {
+    /// How far the square of the moved ends' distance may be off, as part of it: Newton's step leaves 3/8 of the square of
+    /// that, which is less than f32 shows.
+    const NEAR: f32 = 1.0 / (1 << 13) as f32;
     let towards = p1 - p0;
     let (origin, from) = match on0 {
         Some(Footing { normal, prim }) => (offset_origin(p0, normal, towards), Footing::key(prim)),
@@ -93,11 +102,21 @@ pub fn shadow_ray(p0: Vec3A, on0: Option<Footing>, p1: Vec3A, on1: Option<Footin
         None => (p1, 0.0),
     };
     let segment = end - origin;
-    let distance = segment.length();
-    let ends = [from, to];
-    if distance > 0.0 {
-        Ray { origin, dir: segment / distance, t_max: distance * (1.0 - 2.0 * OFFSET), ends }
+    let d2 = segment.length_squared();
+    let ratio = d2 * inverse_distance * inverse_distance;
+    let (dir, distance) = if (ratio - 1.0).abs() < NEAR {
+        let inverse = inverse_distance * (1.5 - 0.5 * ratio);
+        (segment * inverse, d2 * inverse)
     } else {
-        Ray { origin, dir: Vec3A::Z, t_max: 0.0, ends }
-    }
+        unit(segment)
+    };
+    Ray { origin, dir, t_max: distance * (1.0 - 2.0 * OFFSET), ends: [from, to] }
+}
+
+/// Unit direction and length; of nothing any direction.
+#[cold]
+#[inline(never)]
+fn unit(segment: Vec3A) -> (Vec3A, f32) {
+    let distance = segment.length();
+    if distance > 0.0 { (segment / distance, distance) } else { (Vec3A::Z, 0.0) }
 }

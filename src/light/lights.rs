@@ -233,21 +233,21 @@ impl Lights {
     ) -> Option<LightSample> {
         let at = |p: Vec3A| LightPoint { p, n: Vec3A::ZERO, light, prim: NONE };
         let toward = |n: Vec3A| LightPoint { p: Vec3A::ZERO, n, light, prim: NONE };
-        let (point, (dir, distance), radiance, pdf) = match emitter {
+        let (point, (dir, inverse_distance), radiance, pdf) = match emitter {
             Light::Area(_) => unreachable!("it has an area"),
             Light::Point(l) => (at(l.position), direction(from, l.position)?, l.intensity, 1.0),
             Light::Spot(l) => {
-                let (dir, distance) = direction(from, l.position)?;
+                let (dir, inverse_distance) = direction(from, l.position)?;
                 let radiance = l.emitted(-dir);
                 if radiance.is_black() {
                     return None;
                 }
-                (at(l.position), (dir, distance), radiance, 1.0)
+                (at(l.position), (dir, inverse_distance), radiance, 1.0)
             }
-            Light::Directional(l) => (toward(l.toward), (l.toward, f32::INFINITY), l.irradiance, 1.0),
+            Light::Directional(l) => (toward(l.toward), (l.toward, 0.0), l.irradiance, 1.0),
             Light::Environment(l) => {
                 let (dir, pdf, radiance) = l.sample(u)?;
-                (toward(dir), (dir, f32::INFINITY), radiance, pdf)
+                (toward(dir), (dir, 0.0), radiance, pdf)
             }
         };
         let end = LightEnd {
@@ -258,7 +258,7 @@ impl Lights {
             infinite: self.is_infinite(&point),
             hittable: self.is_hittable(&point),
         };
-        Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf, end })
+        Some(LightSample { point, dir, inverse_distance, radiance, pdf_nee: select * pdf, end })
     }
 
     /// What `lp` emits along `dir_out` (from the light into the scene): radiance, or a point or spot light's intensity,
@@ -379,11 +379,13 @@ fn source(light: &Light, geometry: &Geometry) -> Source {
     }
 }
 
-/// Unit direction and distance from `from` to `to`; `None` where they are one point.
+/// Unit direction from `from` to `to`, and 1 over their distance; `None` where they are one point.
 #[inline(always)]
 fn direction(from: Vec3A, to: Vec3A) -> Option<(Vec3A, f32)> {
-    let (dir, distance) = (to - from).normalize_and_length();
-    (distance > 0.0).then_some((dir, distance))
+    let between = to - from;
+    let inverse_distance = between.length_recip();
+    (inverse_distance > 0.0 && inverse_distance < f32::INFINITY)
+        .then_some((between * inverse_distance, inverse_distance))
 }
 
 #[inline]
@@ -410,7 +412,7 @@ fn area_sample(
     u: Vec2,
 ) -> Option<LightSample> {
     let (s, pdf) = geometry.sample_place_toward(l.shape, from, l.two_sided, u)?;
-    let (dir, distance) = direction(from, s.p)?;
+    let (dir, inverse_distance) = direction(from, s.p)?;
     let facing = s.ng.dot(dir);
     let radiance = l.emitted_at(-facing);
     if radiance.is_black() || pdf <= 0.0 {
@@ -422,7 +424,7 @@ fn area_sample(
     let cosine = facing.abs();
     let end =
         LightEnd { cosine, pdf_direction: l.pdf_cosine(cosine), pdf_place, infinite: false, hittable: true };
-    Some(LightSample { point, dir, distance, radiance, pdf_nee: select * pdf, end })
+    Some(LightSample { point, dir, inverse_distance, radiance, pdf_nee: select * pdf, end })
 }
 
 /// A sphere about the scene that rounding does not bring a ray out of; of radius 1 for an empty scene.

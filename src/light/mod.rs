@@ -110,8 +110,8 @@ pub struct LightSample {
     pub point: LightPoint,
     /// Unit, from the reference point to the light.
     pub dir: Vec3A,
-    /// Distance in metres; infinite for infinite lights.
-    pub distance: f32,
+    /// 1 over the distance (1/m); 0 for infinite lights.
+    pub inverse_distance: f32,
     /// Radiance toward the reference point; intensity of a point or spot light; irradiance of a directional light.
     pub radiance: Rgb,
     /// Density of x₀ in its own measure with the probability of the selection (as [`EmissionSample::pdf_pos`], but of

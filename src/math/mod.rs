@@ -2,6 +2,7 @@
 
 pub mod color;
 pub mod distribution;
+mod exact;
 pub mod frame;
 mod prefetch;
 pub mod rng;
@@ -12,6 +13,7 @@ pub mod warp;
 
 pub use color::{Rgb, RgbExt};
 pub use distribution::{Discrete, Piecewise2d};
+pub use exact::{choose, renormalized};
 pub use frame::Frame;
 pub(crate) use prefetch::prefetch;
 pub use rng::{Stream, StreamKind, Streams};

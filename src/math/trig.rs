@@ -1,6 +1,8 @@
 //! Sines and cosines of angles that are given as parts of a turn: what sampling asks for, without the library's
 //! reduction of arguments and without a branch.
 
+use super::choose;
+
 /// Sine and cosine of a quarter turn times `x`, for −½ ≤ x ≤ ½; wrong by no more than 1e-7.
 #[inline]
 pub fn sin_cos_quarter(x: f32) -> (f32, f32) {
@@ -25,7 +27,8 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let shifted = x + ROUNDING;
     let quarter = shifted.to_bits();
     let (s, c) = sin_cos_quarter(x - (shifted - ROUNDING));
-    let (sin, cos) = if quarter & 1 == 0 { (s, c) } else { (c, s) };
+    let even = quarter & 1 == 0;
+    let (sin, cos) = (choose(even, s, c), choose(even, c, s));
     // Bit 1 of the quarter is the sine's sign, that of the next quarter the cosine's.
     let sign = |q: u32| (q & 2) << 30;
     (

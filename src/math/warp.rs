@@ -1,5 +1,6 @@
 //! Maps from the unit square to the domains that are sampled, each with its density.
 
+use super::choose;
 use super::trig::{sin_cos_quarter, sin_cos_turns};
 use glam::{Vec2, Vec3A};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -11,11 +12,11 @@ pub fn concentric_disc(u: Vec2) -> Vec2 {
     // The radius is the longer coordinate, and the quotient says how far the point is turned from that axis. Which is
     // longer no processor can foretell: so without a branch.
     let wide = o.x.abs() > o.y.abs();
-    let (long, short) = if wide { (o.x, o.y) } else { (o.y, o.x) };
+    let (long, short) = (choose(wide, o.x, o.y), choose(wide, o.y, o.x));
     let quotient = if long == 0.0 { 0.0 } else { short / long };
     let (sin, cos) = sin_cos_quarter(0.5 * quotient);
     let (along, across) = (long * cos, long * sin);
-    if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }
+    Vec2::new(choose(wide, along, across), choose(wide, across, along))
 }
 
 /// Cosine-weighted on the upper hemisphere; density [`cosine_hemisphere_pdf`] per solid angle.

@@ -100,7 +100,8 @@ impl Homogeneous {
         channel: usize,
         depth: f32,
     ) -> Result<f32, f32> {
-        let sigma_t = self.sigma_t(dir)[channel];
+        // Of an array: a vector's number by index is three branches.
+        let sigma_t = self.sigma_t(dir).to_array()[channel];
         // Also where there is no extinction, and where the stretch is empty; 0·∞ is no depth either.
         let whole = if sigma_t > 0.0 { sigma_t * (t1 - t0) } else { 0.0 };
         if depth >= whole {

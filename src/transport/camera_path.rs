@@ -10,9 +10,9 @@ use super::technique::Technique;
 use super::walk::{Flight, Place, Vertex, Visitor, walk};
 use crate::bsdf::Mode;
 use crate::film::Sample;
-use crate::geometry::{Ray, shadow_ray};
+use crate::geometry::{Ray, shadow_ray_along};
 use crate::light::LightPoint;
-use crate::math::{Rgb, Stream};
+use crate::math::{Rgb, Stream, choose};
 use crate::medium::Passage;
 use crate::scene::{Inside, Scene};
 use glam::UVec2;
@@ -187,7 +187,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
             return;
         };
         let infinite = light.end.infinite;
-        let falloff = if infinite { 1.0 } else { 1.0 / (light.distance * light.distance) };
+        let falloff = if infinite { 1.0 } else { light.inverse_distance * light.inverse_distance };
         let cosine = place.cosine(light.dir);
         let light_geometry = light.end.cosine * falloff;
         let contribution =
@@ -198,7 +198,8 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let ray = if infinite {
             place.spawn(light.dir)
         } else {
-            shadow_ray(position, place.footing(), light.point.p, light.point.footing())
+            let ends = [(position, place.footing()), (light.point.p, light.point.footing())];
+            shadow_ray_along(ends, light.inverse_distance)
         };
         let inside = vertex.inside_toward(self.scene, light.dir);
         let Some(passage) = self.passage(&ray, inside, tracker.as_mut()) else { return };
@@ -206,11 +207,11 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let pdf_position = light.pdf_position(&self.pass.starts);
-        let count = self.raise(light.pdf_nee / pdf_position);
+        let per_position = 1.0 / light.pdf_position(&self.pass.starts);
+        let count = self.raise(light.pdf_nee * per_position);
         let light_side = if self.hit && light.end.hittable {
             let reached = passage.density(Rgb::ONE);
-            self.raise(scattering.pdf_camera * light_geometry * reached / pdf_position)
+            self.raise(scattering.pdf_camera * light_geometry * reached * per_position)
         } else {
             0.0
         };
@@ -258,11 +259,12 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         }
         let (here, there) = (vertex.place.position(), other.place.position());
         let between = there - here;
-        let d2 = between.length_squared();
-        let dir = between / d2.sqrt();
+        let inverse_distance = between.length_recip();
+        let falloff = inverse_distance * inverse_distance;
+        let dir = between * inverse_distance;
         let Some(at_camera) = vertex.scatter(self.scene, self.pass, dir, vertex.to_previous) else { return };
         let Some(at_light) = other.scatter(self.scene, self.pass, other.to_previous, -dir) else { return };
-        let camera_geometry = vertex.place.cosine(dir) / d2;
+        let camera_geometry = vertex.place.cosine(dir) * falloff;
         let light_cosine = other.place.cosine(dir);
         let contribution = vertex.throughput
             * at_camera.value
@@ -272,7 +274,8 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         if contribution == Rgb::ZERO {
             return;
         }
-        let ray = shadow_ray(here, vertex.place.footing(), there, other.place.footing());
+        let ends = [(here, vertex.place.footing()), (there, other.place.footing())];
+        let ray = shadow_ray_along(ends, inverse_distance);
         let inside = vertex.inside_toward(self.scene, dir);
         let Some(passage) = self.passage(&ray, inside, None) else { return };
         let contribution = contribution * passage.transmittance;
@@ -281,7 +284,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         }
         let to_light = passage.density(other.place.rate(self.scene, dir));
         let to_camera = passage.density(vertex.place.rate(self.scene, dir));
-        let reverse = at_camera.pdf_camera * (light_cosine / d2 * to_light);
+        let reverse = at_camera.pdf_camera * (light_cosine * falloff * to_light);
         let forward = at_light.pdf_light * (camera_geometry * to_camera);
         let light_merges = other.merges(self.pass, Mode::Importance, -dir).with(self.pass.beam(
             Mode::Radiance,
@@ -362,11 +365,9 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
 
     #[inline]
     fn count(&self, flight: &Flight, place: &Place) -> f32 {
-        if flight.length == 0 {
-            self.lens
-        } else {
-            self.connect * self.raise(flight.share * self.pass.share(place))
-        }
+        // As many edges as a subpath has nothing can foretell.
+        let connect = self.connect * self.raise(flight.share * self.pass.share(place));
+        choose(flight.length == 0, self.lens, connect)
     }
 
     #[inline]

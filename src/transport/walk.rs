@@ -8,7 +8,7 @@ use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
 use crate::camera::CameraRay;
 use crate::geometry::{Footing, Ray, SurfacePoint};
-use crate::math::{Frame, Rgb, Stream};
+use crate::math::{Frame, Rgb, Stream, renormalized};
 use crate::medium::{Passage, PhaseSample};
 pub use crate::scene::Place;
 use crate::scene::{Arrival, Collision, Inside, Scene};
@@ -466,7 +466,7 @@ fn leave_surface<V: Visitor>(
     let u = (random.next_1d(), random.next_2d());
     let site = Site { uv: point.uv, outside: vertex.outside };
     let Some(sample) = material.sample(site, local_from, V::MODE, u) else { return false };
-    let dir = frame.to_world(sample.to).normalize();
+    let dir = renormalized(frame.to_world(sample.to));
     if !consistent(point, dir) {
         return false;
     }

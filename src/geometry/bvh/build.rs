@@ -19,6 +19,7 @@ const ROUND_COST: f32 = 1.0;
 
 /// Leaves up to which testing all of them is faster than a tree.
 const FLAT: usize = 8;
+const _: () = assert!(FLAT <= parallelogram::Block::AT_ONCE);
 
 /// The cheapest ways to turn the subtree of a binary node into at most 1, 2, 3, 4 subtrees of the new tree.
 #[derive(Clone, Copy, Default)]

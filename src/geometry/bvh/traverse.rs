@@ -1,10 +1,11 @@
 //! Rays through the tree.
 
 use super::super::aabb::Aabb;
+use super::super::parallelogram::Block;
 use super::super::quadric::{Disc, Sphere};
 use super::super::ray::Ray;
 use super::super::slab::Line;
-use super::super::triangle::Shear;
+use super::super::triangle::{LANES, Shear};
 use super::{Bvh, Child, Found, Leaf, Node};
 use glam::{Vec2, Vec3A, Vec4};
 
@@ -69,12 +70,13 @@ impl Bvh {
                 return true;
             }
         }
-        for (i, block) in self.parallelograms.iter().enumerate() {
-            let child = Child::new(Child::PARALLELOGRAMS, i);
-            any |= Self::take(block.hit::<ANY>(ray, found.t), child, found);
-            if ANY && any {
+        if let Some((t, lane, at)) = Block::hit_of::<ANY>(&self.parallelograms, ray, found.t) {
+            any = true;
+            if ANY {
                 return true;
             }
+            let child = Child::new(Child::PARALLELOGRAMS, lane / LANES);
+            *found = Found { t, child, lane: lane % LANES, at };
         }
         if self.blocks.is_empty() {
             return any;
