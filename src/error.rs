@@ -55,18 +55,74 @@ impl Error {
     }
 }
 
-/// The name nearest to `name` among `known`, where one is near enough to be meant: "did you mean …?".
+/// The name nearest to `name` among `known`, where one is near enough to be meant: "did you mean …?". Of names that as many
+/// slips lead to, the one with the same letters and the same start: `ubpb` is two slips from `bpt`, too.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let apart = |k: &str| 1.0 - strsim::jaro_winkler(name, k);
     known
         .into_iter()
-        .map(|k| (strsim::damerau_levenshtein(name, k), k))
-        .filter(|(distance, k)| *distance <= 1 + k.len() / 3)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, k)| k)
+        .map(|k| (strsim::damerau_levenshtein(name, k), apart(k), k))
+        .filter(|(distance, _, k)| *distance <= 1 + k.len() / 3)
+        .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
+        .map(|(_, _, k)| k)
+}
+
+/// Of a path that leads nowhere, what the first part that is not there was probably meant to be: the nearest name in the
+/// folder where it is missing, with which the path leads somewhere.
+pub fn nearest_on_disk(path: &Path) -> Option<String> {
+    let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last()?;
+    let folder = missing.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let rest = path.strip_prefix(missing).ok()?;
+    let entries = std::fs::read_dir(folder).ok()?.flatten();
+    let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
+    // Nothing after it: a slash would make a folder of a file.
+    let whole =
+        |name: &String| if rest == Path::new("") { folder.join(name) } else { folder.join(name).join(rest) };
+    names.retain(|name| whole(name).exists());
+    names.sort();
+    nearest(missing.file_name()?.to_str()?, names.iter().map(String::as_str)).map(str::to_owned)
 }
 
 /// The path from the root of the file system, as whoever reads it may stand elsewhere; as it is where the system
 /// does not know where we stand.
 pub fn from_root(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bug that this keeps out: `ubpb` taken for `bpt`, which is as many slips away and comes first.
+    #[test]
+    fn letters_in_another_order_are_near() {
+        let presets = ["pt", "lt", "bpt", "ppm", "bpm", "vcm", "points", "beams", "upbp"];
+        for (name, meant) in
+            [("ubpb", "upbp"), ("uppb", "upbp"), ("btp", "bpt"), ("vmc", "vcm"), ("baems", "beams")]
+        {
+            assert_eq!(nearest(name, presets), Some(meant), "{name}");
+        }
+        assert_eq!(nearest("metropolis", presets), None);
+        // The first of those that are as near in every way.
+        assert_eq!(nearest("b", ["ab", "cb"]), Some("ab"));
+    }
+
+    #[test]
+    fn paths_are_followed_to_where_they_end() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(root.path().join("scenes/fog-cornell")).unwrap();
+        std::fs::create_dir_all(root.path().join("scenes/fog-corner")).unwrap();
+        std::fs::write(root.path().join("scenes/fog-cornell/scene.toml"), "").unwrap();
+        let meant = |path: &str| nearest_on_disk(&root.path().join(path));
+        assert_eq!(meant("scenes/fog-cornel"), Some("fog-cornell".into()));
+        assert_eq!(
+            meant("scenes/fog-corne/scene.toml"),
+            Some("fog-cornell".into()),
+            "where there is such a file"
+        );
+        assert_eq!(meant("scene/fog-cornell/scene.toml"), Some("scenes".into()));
+        assert_eq!(meant("scenes/fog-cornell/scen.toml"), Some("scene.toml".into()));
+        assert_eq!(meant("scenes/still-life"), None);
+        assert_eq!(meant("scenes/fog-cornell"), None, "it is there");
+    }
 }

@@ -4,14 +4,14 @@ use super::file::{BudgetDef, EstimatorDef, ExperimentFile, HeuristicDef, Referen
 use super::metrics::Metric;
 use super::plan::{EstimatorPlan, Lengths, Plan, ReferencePlan, ScenePlan};
 use super::results::{Crop, Figures, Origin};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, nearest_on_disk};
 use crate::render::Budget;
 use crate::scene::file::source::{Source, Span};
 use crate::scene::file::values::Count;
 use crate::transport::expression::Expression;
-use crate::transport::merge::{MergeDef, MergeSettings};
+use crate::transport::merge::{MERGES, MergeDef, MergeSettings, Radius};
 use crate::transport::settings::{Heuristic, Layers, Settings, Tracking};
-use crate::transport::technique::{PRESETS, TechniqueSet};
+use crate::transport::technique::{PRESETS, Technique, TechniqueSet};
 use std::path::Path;
 use toml::Spanned;
 
@@ -36,7 +36,7 @@ pub fn resolve(source: &Source) -> Result<Plan> {
     let estimators = resolver.estimators()?;
     let scenes = resolver.scenes()?;
     let figures = resolver.figures(&estimators, &scenes)?;
-    let warnings = resolver.warnings(&estimators)?;
+    let warnings = resolver.warnings(&estimators, &scenes);
     Ok(Plan {
         title: file.title.clone().unwrap_or_else(|| name.clone()),
         name,
@@ -220,32 +220,45 @@ impl Resolver<'_> {
         Ok(merging)
     }
 
-    /// Entries of `merge` for techniques that are not there.
-    fn warnings(&self, estimators: &[EstimatorPlan]) -> Result<Vec<String>> {
-        let mut warnings = Vec::new();
-        let mut warn = |whose: &str, merge: &Option<Spanned<MergeDef>>, techniques: TechniqueSet| {
-            let Some(merge) = merge else { return };
-            for technique in merge.get_ref().idle(techniques) {
+    /// Entries of `merge` for techniques that are not there, and references that are biased by what merges in them.
+    fn warnings(&self, estimators: &[EstimatorPlan], scenes: &[ScenePlan]) -> Vec<String> {
+        let mut warnings: Vec<String> = Vec::new();
+        let path = self.source.path().display();
+        let mut idle = |whose: &str, merge: &Option<Spanned<MergeDef>>, techniques: TechniqueSet| {
+            let idle = merge.as_ref().map_or(Vec::new(), |merge| merge.get_ref().idle(techniques));
+            warnings.extend(idle.into_iter().map(|technique| {
                 let key = technique.info().key;
-                warnings.push(format!(
-                    "{}: `{key}` in the `merge` of {whose} changes nothing: it is not among the techniques {techniques}",
-                    self.source.path().display()
-                ));
-            }
+                format!(
+                    "{path}: `{key}` in the `merge` of {whose} changes nothing: it is not among the techniques {techniques}"
+                )
+            }));
         };
         for (def, plan) in self.file.estimator.iter().zip(estimators) {
-            warn(&format!("estimator {}", plan.key), &def.get_ref().merge, plan.techniques);
+            idle(&format!("estimator {}", plan.key), &def.get_ref().merge, plan.techniques);
         }
-        let own = self.file.scene.iter().filter_map(|scene| scene.get_ref().reference.as_ref());
-        for reference in self.file.reference.iter().chain(own) {
-            let def = reference.get_ref();
-            if def.merge.is_some() {
-                let techniques =
-                    self.techniques("a reference", reference.span(), &def.preset, &def.techniques)?;
-                warn("the reference", &def.merge, techniques);
+        let mut biased = Vec::new();
+        let mut shared_is_done = false;
+        for (def, plan) in self.file.scene.iter().zip(scenes) {
+            let own = def.get_ref().reference.as_ref();
+            let said = own.or(self.file.reference.as_ref());
+            let Some((said, ReferencePlan::Render { techniques, merging, .. })) =
+                said.zip(plan.reference.as_ref())
+            else {
+                continue;
+            };
+            // Scenes without a reference of their own share one, which is warned of once.
+            if own.is_none() && std::mem::replace(&mut shared_is_done, true) {
+                continue;
             }
+            let whose = match own {
+                Some(_) => format!("the reference of scene {}", plan.key),
+                None => "the reference".to_owned(),
+            };
+            idle(&whose, &said.get_ref().merge, *techniques);
+            biased.extend(biased_reference(&whose, *techniques, merging));
         }
-        Ok(warnings)
+        warnings.extend(biased.into_iter().map(|warning| format!("{path}: {warning}")));
+        warnings
     }
 
     /// How media on grids are gone through.
@@ -315,8 +328,14 @@ impl Resolver<'_> {
 
     fn scene(&self, def: &SceneDef) -> Result<ScenePlan> {
         let file = def.file.get_ref();
-        let path = crate::scene::file::resolve(&self.source.folder().join(file))
-            .map_err(|e| self.source.error(def.file.span(), e.to_string()))?;
+        let named = self.source.folder().join(file);
+        let path = crate::scene::file::resolve(&named).map_err(|e| {
+            let mut message = e.to_string();
+            if let Some(meant) = self.scene_meant(file).filter(|_| !message.contains("did you mean")) {
+                message.push_str(&format!("; did you mean `{meant}`?"));
+            }
+            self.source.error(def.file.span(), message)
+        })?;
         let key = match &def.name {
             Some(name) => self.key(name.get_ref(), name.span())?,
             None => self.key(&default_scene_key(&path), def.file.span())?,
@@ -349,6 +368,22 @@ impl Resolver<'_> {
         })
     }
 
+    /// What the name of a scene file that is not there was probably meant to be: a name that is nearly the same where it points
+    /// to, or, of a name alone, that of a scene in the folder `scenes` beside the experiment's or in it.
+    fn scene_meant(&self, file: &str) -> Option<String> {
+        let folder = self.source.folder();
+        nearest_on_disk(&folder.join(file)).or_else(|| {
+            let alone = Path::new(file).components().count() == 1;
+            let places =
+                ["../scenes", "scenes"].into_iter().filter(|place| alone && folder.join(place).is_dir());
+            places.into_iter().find_map(|place| {
+                let path = folder.join(place).join(file);
+                let name = if path.exists() { file.to_owned() } else { nearest_on_disk(&path)? };
+                Some(format!("{place}/{name}"))
+            })
+        })
+    }
+
     /// A reference, of these paths where it has none of its own.
     fn reference(&self, spanned: &Spanned<ReferenceDef>, paths: Expression) -> Result<ReferencePlan> {
         let def = spanned.get_ref();
@@ -366,7 +401,9 @@ impl Resolver<'_> {
             }
             let path = self.source.folder().join(file.get_ref());
             if !path.is_file() {
-                let message = format!("there is no reference image `{}`", path.display());
+                let meant =
+                    nearest_on_disk(&path).map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+                let message = format!("there is no reference image `{}`{meant}", path.display());
                 return Err(self.source.error(file.span(), message));
             }
             return Ok(ReferencePlan::File { path, file: file.get_ref().clone() });
@@ -435,6 +472,22 @@ impl Resolver<'_> {
         }
         Ok(text.to_ascii_lowercase())
     }
+}
+
+/// What is to be said of a reference that merges with radii that nobody chose for it: these are for the least error of a render, of
+/// which a reference's noise is a small part and its bias is not. None where there are no such radii.
+fn biased_reference(whose: &str, techniques: TechniqueSet, merging: &MergeSettings) -> Option<String> {
+    let open = |t: &Technique| techniques.has(*t) && merging.of(*t).radius == Radius::Auto;
+    let keys: Vec<&str> = MERGES.into_iter().filter(open).map(|t| t.info().key).collect();
+    (!keys.is_empty()).then(|| {
+        format!(
+            "{whose} merges ({}) with radii as they are chosen for renders, and their bias is in it: errors are measured against \
+             that, too small for estimators with the same bias and too large for the others; `pt` or `bpt` as its preset has none, \
+             and less has a smaller `radius` in its `merge`, such as {{ footprint = 0.5 }}, or many more samples, as radii shrink \
+             with them",
+            keys.join(", ")
+        )
+    })
 }
 
 /// The name of a scene file's folder, or of the file if it is not called `scene.toml`.

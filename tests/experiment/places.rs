@@ -85,3 +85,77 @@ fn merges_of_techniques_that_are_not_there_are_warned_of() {
     assert_eq!(err.matches("changes nothing").count(), 2, "surf is a technique of vcm: {err}");
     assert_eq!(results(&bench).warnings.len(), 2, "the page has them");
 }
+
+/// A scene is named in the same words as on the command line, and by what is nearly its name.
+#[test]
+fn scenes_that_are_not_there_are_guessed() {
+    let bench = Bench::new();
+    fs::create_dir_all(bench.path("scenes")).unwrap();
+    fs::create_dir_all(bench.path("experiments")).unwrap();
+    fs::rename(bench.path("small"), bench.path("scenes/small")).unwrap();
+    for (file, meant) in [
+        ("small", "did you mean `../scenes/small`?"),
+        ("smal", "did you mean `../scenes/small`?"),
+        ("../scenes/samll", "did you mean `small`?"),
+        ("../scene/small", "did you mean `scenes`?"),
+        ("../scenes/smalll/scene.toml", "did you mean `small`?"),
+    ] {
+        let text = EXPERIMENT.replace("file = \"small\"", &format!("file = \"{file}\""));
+        bench.write("experiments/e.toml", &text);
+        bench.refuse("run experiments/e.toml", &["e.toml:12:8", "there is no such scene file", meant]);
+    }
+}
+
+/// Bug that this keeps out: a reference as biased as what is measured against it, without a word.
+#[test]
+fn references_that_merge_with_radii_of_renders_are_warned_of_once() {
+    let bench = Bench::new();
+    let vcm = EXPERIMENT
+        .replace("runs = 3", "runs = 1")
+        .replace("preset = \"bpt\"\nspp = 24", "preset = \"vcm\"\nspp = 2");
+    let twice = vcm.replacen(
+        "\n[[estimator]]",
+        "\n[[scene]]\nfile = \"small\"\nname = \"again\"\n\n[[estimator]]",
+        1,
+    );
+    let warned = |text: &str| {
+        bench.write("experiment.toml", text);
+        let (_, err) = bench.succeed("status experiment.toml");
+        err.matches("merges (surf) with radii as they are chosen for renders").count()
+    };
+    assert_eq!(warned(&twice), 1, "two scenes have the same");
+    assert_eq!(warned(&vcm.replace("spp = 2\n", "spp = 2\nmerge = { surf = { alpha = 0.5 } }\n")), 1);
+    assert_eq!(warned(&vcm.replace("spp = 2\n", "spp = 2\nmerge = { surf = { radius = 0.01 } }\n")), 0);
+    assert_eq!(warned(EXPERIMENT), 0, "connections have no bias");
+    let own = EXPERIMENT.replace("exposure = 0.5", "reference = { preset = \"vcm\", spp = 2 }");
+    assert_eq!(warned(&own), 1);
+    let (_, err) = bench.succeed("status experiment.toml");
+    assert!(err.contains("the reference of scene small merges"), "{err}");
+}
+
+/// Bug that this keeps out: a page that said, after measuring again, that all was rendered a moment ago.
+#[test]
+fn a_page_says_when_runs_were_rendered() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --set runs=2");
+    let first = results(&bench);
+    std::thread::sleep(std::time::Duration::from_millis(1100));
+    bench.succeed("run experiment.toml --set runs=2");
+    let again = results(&bench);
+    assert!(again.started > first.finished, "it has measured anew");
+    let rendered = first.rendered().unwrap().map(str::to_owned);
+    assert_eq!(again.rendered().unwrap(), [rendered[0].as_str(), rendered[1].as_str()]);
+    assert!(rendered[1] <= first.finished && rendered[0] >= first.started);
+    let page = fs::read_to_string(bench.path("results/experiment/index.html")).unwrap();
+    for text in [
+        format!("the first run was done {}, the last {}", rendered[0], rendered[1]),
+        format!("<span>{}</span>", rendered[1]),
+        again.finished,
+    ] {
+        assert!(page.contains(&text), "'{text}'");
+    }
+    // What is rendered now is of now.
+    bench.succeed("run experiment.toml --set runs=3");
+    let more = results(&bench);
+    assert!(more.rendered().unwrap()[0] == rendered[0] && more.rendered().unwrap()[1] > rendered[1].as_str());
+}
