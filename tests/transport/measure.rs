@@ -1,6 +1,7 @@
 //! Independent runs, and tests of hypotheses on their means.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::ops::Range;
 use std::time::Instant;
 use tyndall::film::{Film, Image};
 use tyndall::scene::Scene;
@@ -44,9 +45,7 @@ impl<'s> Runs<'s> {
     pub fn extend(&mut self, to: u64) {
         let clock = Instant::now();
         for (renderer, film) in &mut self.runs {
-            for i in self.iterations..to {
-                renderer.iteration(i, film);
-            }
+            iterate(renderer, film, self.iterations..to);
             assert_eq!(film.dropped().total(), 0, "samples that are not finite");
         }
         self.iterations = self.iterations.max(to);
@@ -94,10 +93,14 @@ pub fn sharp_runs(scene: &Scene, settings: &Settings, detectable: f64, most: u64
 pub fn render(scene: &Scene, settings: &Settings, iterations: u64) -> Film {
     let mut film = Film::new(&scene.camera, settings);
     let mut renderer = Renderer::new(scene, *settings).expect("settings that make sense");
-    for i in 0..iterations {
-        renderer.iteration(i, &mut film);
-    }
+    iterate(&mut renderer, &mut film, 0..iterations);
     film
+}
+
+fn iterate(renderer: &mut Renderer, film: &mut Film, iterations: Range<u64>) {
+    for i in iterations {
+        renderer.iteration(i, film);
+    }
 }
 
 /// A mean and its standard error over runs.
