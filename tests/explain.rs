@@ -2,10 +2,11 @@
 
 mod common;
 
-use common::Bench;
+use common::{Bench, EXPERIMENT};
 use glam::UVec2;
 use std::path::Path;
 use tyndall::explain::{Replay, candidates};
+use tyndall::film::exr::read_layers;
 use tyndall::math::{Rgb, RgbExt};
 use tyndall::oracle::judge;
 use tyndall::render::{Budget, Job, Silent, Stop};
@@ -137,6 +138,38 @@ fn a_mean_points_to_its_runs() {
     bench.succeed(&format!("explain {}", both[0]));
     std::fs::copy(bench.path(&format!("{folder}/mean.exr")), bench.path("mean.exr")).unwrap();
     bench.refuse("explain mean.exr", &["over 3 runs", "not beside it any more"]);
+}
+
+/// Bug that this keeps out: `explain reference.exr` said that another version had made it, as it did not say what had.
+#[test]
+fn a_reference_points_to_a_run() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml --set runs=1");
+    let parts =
+        ["reference.exr: is a reference", "no samples of its own", "results/experiment/small/all/run-00.exr"];
+    bench.refuse("explain results/experiment/small/reference.exr", &parts);
+    // How it was made is in it, as in a render's.
+    let [reference, run] = ["reference", "pt/run-00"]
+        .map(|name| read_layers(bench.path(&format!("results/experiment/small/{name}.exr"))).unwrap());
+    for key in ["tyndall.version", "tyndall.rendering"] {
+        assert!(reference.text(key).is_some() && reference.text(key) == run.text(key), "{key}");
+    }
+    let settings: serde_json::Value =
+        serde_json::from_str(reference.text("tyndall.settings").unwrap()).unwrap();
+    assert_eq!(settings["techniques"], serde_json::json!(["hit", "nee", "connect", "lens"]));
+    // Of a file that says nothing nothing is made up; and one that is taken for a reference again is the same to it.
+    std::fs::copy(bench.path("results/experiment/small/reference.exr"), bench.path("truth.exr")).unwrap();
+    let text = EXPERIMENT.replace("preset = \"bpt\"\nspp = 24", "file = \"truth.exr\"");
+    bench.write("experiment.toml", &text);
+    bench.succeed("run experiment.toml --set runs=1");
+    let again = read_layers(bench.path("results/experiment/small/reference.exr")).unwrap();
+    assert_eq!(again.text("tyndall.settings"), reference.text("tyndall.settings"));
+    let mut bare = again.clone();
+    bare.metadata.clear();
+    tyndall::film::exr::write(bench.path("truth.exr"), &bare).unwrap();
+    bench.succeed("run experiment.toml --set runs=1");
+    let bare = read_layers(bench.path("results/experiment/small/reference.exr")).unwrap();
+    assert_eq!(bare.text("tyndall.rendering"), None);
 }
 
 /// An EXR stands for its scene and settings: what is listed is explained without another word, to the bit. Bugs that this keeps out: a

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::experiment::store::{SceneKey, is_image_file};
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
-use crate::render::files::{OUTLIERS, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE};
+use crate::render::files::{OUTLIERS, REFERENCE, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
 use crate::transport::settings::Settings;
@@ -102,6 +102,9 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
     if let Some(runs) = file.text(RUNS) {
         return Err(Error::file(path, of_a_mean(path, runs)));
     }
+    if file.text(REFERENCE).is_some() {
+        return Err(Error::file(path, of_a_reference(path)));
+    }
     let made = Made::of(path, &file)?;
     let Some(all) = largest(&file) else {
         let message = format!(
@@ -145,18 +148,32 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
     Ok(ending)
 }
 
+/// What is in a folder, in order.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let here = if folder == Path::new("") { Path::new(".") } else { folder };
+    let found = std::fs::read_dir(here).into_iter().flatten().flatten();
+    let mut entries: Vec<PathBuf> = found.map(|entry| folder.join(entry.file_name())).collect();
+    entries.sort();
+    entries
+}
+
+/// The runs in the folder of an estimator, in order.
+fn runs_in(folder: &Path) -> Vec<PathBuf> {
+    let is_run = |path: &PathBuf| path.file_name().and_then(|n| n.to_str()).is_some_and(is_image_file);
+    entries(folder).into_iter().filter(is_run).collect()
+}
+
+/// What to explain instead of a reference.
+fn of_a_reference(path: &Path) -> String {
+    let folders = entries(path.parent().unwrap_or(Path::new("")));
+    let run = folders.iter().filter(|f| f.is_dir()).find_map(|folder| runs_in(folder).into_iter().next());
+    let run = run.map_or_else(|| "run-00.exr …".to_owned(), |run| run.display().to_string());
+    format!("is a reference, and has no samples of its own: explain a run that is measured against it: {run}")
+}
+
 /// What to explain instead of the mean over several runs.
 fn of_a_mean(path: &Path, runs: &str) -> String {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut beside: Vec<PathBuf> =
-        std::fs::read_dir(if folder == Path::new("") { Path::new(".") } else { folder })
-            .into_iter()
-            .flatten()
-            .flatten()
-            .filter(|entry| entry.file_name().to_str().is_some_and(is_image_file))
-            .map(|entry| folder.join(entry.file_name()))
-            .collect();
-    beside.sort();
+    let beside = runs_in(path.parent().unwrap_or(Path::new("")));
     let runs = if runs == "1" { "of a single run".to_owned() } else { format!("over {runs} runs") };
     let where_to = match &beside[..] {
         [] => "explain one of these: run-00.exr …, which are not beside it any more".to_owned(),

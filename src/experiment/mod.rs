@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`file`], [`overrides`] | the experiment file, and `--set` |
 //! | [`plan`], [`resolve`] | the file, checked and resolved |
-//! | [`run`], [`cell`], `means` | from the plan to the results on disk |
+//! | [`run`], [`cell`], `means`, `waited` | from the plan to the results on disk |
 //! | [`work`], [`store`] | a run block by block, and how far it has come on disk |
 //! | [`status`], [`moved`] | what is done and what is left; scenes that were called otherwise |
 //! | [`reference`], `blocks` | what is measured against: rendered, kept, extended |
@@ -38,4 +38,5 @@ pub mod split;
 pub mod statistics;
 pub mod status;
 pub mod store;
+mod waited;
 pub mod work;

@@ -16,7 +16,7 @@ use super::store::{self, SceneKey};
 use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr;
-use crate::render::files::{RENDERING, Resolved, VARIANCE, layered, prepare_folder};
+use crate::render::files::{MADE_BY, PROGRAM, RENDERING, Resolved, VARIANCE, layered, prepare_folder};
 use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
@@ -50,6 +50,8 @@ pub struct Truth {
     pub paths: Option<Expression>,
     /// Names its random numbers, where known.
     pub seed: Option<u64>,
+    /// Program, code and settings that rendered it, as metadata of an EXR ([`MADE_BY`]), as far as known.
+    pub made_by: Vec<(String, String)>,
     /// Whether it is short of what was asked for.
     pub partial: bool,
     /// What its noise adds to each metric that was asked for.
@@ -171,6 +173,11 @@ impl Maker<'_> {
             lengths: Lengths { min: Some(settings.min_length), max: Some(settings.max_length) },
             paths: Some(settings.paths),
             seed: Some(settings.seed),
+            made_by: MADE_BY
+                .into_iter()
+                .zip([PROGRAM.to_owned(), RENDERING.to_owned(), making.resolved.json()])
+                .map(|(key, text)| (key.to_owned(), text))
+                .collect(),
             partial: budget.goes_on(sum.iterations, sum.seconds),
             noise: Noise::default(),
         })
@@ -463,6 +470,10 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
         lengths,
         paths,
         seed: file.text("tyndall.seed").and_then(|t| t.parse().ok()),
+        made_by: MADE_BY
+            .iter()
+            .filter_map(|key| Some(((*key).to_owned(), file.text(key)?.to_owned())))
+            .collect(),
         partial: false,
         noise: Noise::default(),
         image,

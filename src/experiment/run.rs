@@ -7,14 +7,14 @@ use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
 use super::store::{self, SceneKey};
-use super::{csv, machine, moved};
+use super::{csv, machine, moved, waited};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
 use crate::film::false_color::{Scale, paint};
 use crate::film::output::write_bytes;
 use crate::film::png::{self, ToneCurve};
 use crate::film::{Image, ScalarImage};
-use crate::render::files::{PROGRAM, RENDERING, VARIANCE, heuristic_text, prepare_folder};
+use crate::render::files::{PROGRAM, REFERENCE, RENDERING, VARIANCE, heuristic_text, prepare_folder};
 use crate::render::{Budget, Observer, Stop};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load};
@@ -84,6 +84,9 @@ pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Resul
         }
         runner.scene(index, scene)?;
     }
+    let waited = waited::warning(&runner.results.cells, rayon::current_num_threads());
+    waited.iter().for_each(|warning| runner.observer.note(warning));
+    runner.results.warnings.extend(waited);
     let mut results = runner.results;
     let unfinished = |r: &results::Run| r.partial;
     results.partial = options.stop.requested()
@@ -430,6 +433,8 @@ fn write_reference(out: &Path, entry: &ScenePlan, scene: &Scene, truth: &Truth) 
         ("tyndall.partial", Some(truth.partial.to_string())),
     ];
     file.metadata = numbers.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text?))).collect();
+    file.metadata.extend(truth.made_by.iter().cloned());
+    file.metadata.push((REFERENCE.to_owned(), "true".to_owned()));
     exr::write(out.join(&exr), &file)?;
     png::write(out.join(&png), &truth.image, entry.exposure, ToneCurve::Srgb)?;
     let mean = |image: &Image| image.mean().iter().sum::<f64>() / 3.0;

@@ -41,6 +41,7 @@ fn truth(image: Image, variance: f64) -> Truth {
         lengths: Lengths::default(),
         paths: None,
         seed: None,
+        made_by: Vec::new(),
         partial: false,
         noise: Default::default(),
     }

@@ -29,6 +29,12 @@ pub const SCENE_FILE: &str = "tyndall.sceneFile";
 /// Name of the metadata with the number of runs, in an image that is a mean over them.
 pub const RUNS: &str = "tyndall.runs";
 
+/// Name of the metadata of an image that is a reference, put together from blocks and without samples of its own.
+pub const REFERENCE: &str = "tyndall.reference";
+
+/// Names of the metadata with the program, the code that rendered, and the settings.
+pub const MADE_BY: [&str; 3] = ["tyndall.version", "tyndall.rendering", "tyndall.settings"];
+
 /// Name of the metadata with a hash of the contents of the scene's files.
 pub const SCENE_CONTENTS: &str = "tyndall.sceneContents";
 
