@@ -102,20 +102,21 @@ fn summary(results: &Results) -> String {
     let main = results.metrics.first();
     let label = main.map_or("", |m| m.label.as_str());
     let several = results.estimators.len() > 1;
+    let (by, by_label) = results.efficiency_metric();
+    let efficiency = format!("1/({by_label}·s)");
     let over = results.estimators.first().filter(|_| several).map(|e| format!("over {}", e.key));
     let mut text = format!(
-        "{:<20} {:<16} {:>9} {:>10}  {label:<32} {:<32} {}\n",
+        "{:<20} {:<16} {:>9} {:>10}  {label:<32} {efficiency:<32} {}\n",
         "scene",
         "estimator",
         "spp",
         "seconds",
-        "1/(MSE·s)",
         over.unwrap_or_default()
     );
     for cell in &results.cells {
         let metric = main.and_then(|m| cell.metric(&m.key));
         let first = results.estimators.first().and_then(|e| results.cell(&cell.scene, &e.key));
-        let faster = first.filter(|f| f.estimator != cell.estimator).map(|first| speed_up(first, cell));
+        let faster = first.filter(|f| f.estimator != cell.estimator).map(|first| speed_up(first, cell, by));
         let line = format!(
             "{:<20} {:<16} {:>9.1} {:>10.2}  {:<32} {:<32} {}",
             cell.scene,
@@ -123,7 +124,7 @@ fn summary(results: &Results) -> String {
             cell.spp.mean,
             cell.seconds.mean,
             with_interval(metric),
-            with_interval(cell.efficiency),
+            with_interval(cell.efficiency_by(by)),
             faster.unwrap_or_default()
         );
         text.push_str(line.trim_end());
@@ -132,9 +133,9 @@ fn summary(results: &Results) -> String {
     text
 }
 
-/// How much more efficient a cell is than another, where that can be told.
-fn speed_up(first: &Cell, cell: &Cell) -> String {
-    match ratio(&first.costs(), &cell.costs()) {
+/// How much more efficient, by a metric, a cell is than another, where that can be told.
+fn speed_up(first: &Cell, cell: &Cell, by: &str) -> String {
+    match ratio(&first.costs(by), &cell.costs(by)) {
         None => "-".into(),
         Some(Ratio::Bare(value)) => format!("{}×, of one run", number(value)),
         Some(Ratio::Known(_, None)) => "not distinguishable".into(),

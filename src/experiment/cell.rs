@@ -36,8 +36,6 @@ const DOMINANT_NOISE: f64 = 0.5;
 
 /// A run in time that ends further than this from its budget is warned about.
 const TIME_TOLERANCE: f64 = 0.05;
-/// Share of the time that threads may wait for a processor without a word.
-const WAITED: f64 = 0.05;
 
 /// What the cells of a scene share.
 pub struct SceneContext<'a> {
@@ -243,7 +241,7 @@ impl<'a> SceneContext<'a> {
         state: State,
         gathered: &mut Gathered,
     ) -> Result<()> {
-        let State { outcome, resolved, snapshots, .. } = state;
+        let State { outcome, resolved, snapshots, rendered, .. } = state;
         let mut checkpoints = Vec::new();
         for snapshot in &snapshots {
             checkpoints.extend(self.checkpoint(snapshot.iterations, snapshot.seconds, &snapshot.image)?);
@@ -281,6 +279,7 @@ impl<'a> SceneContext<'a> {
             seconds: outcome.seconds,
             setup: outcome.setup,
             waited: outcome.waited,
+            rendered,
             camera_paths: outcome.camera_paths,
             light_paths: outcome.light_paths,
             merges: outcome.merges.iter().cloned().collect(),
@@ -485,15 +484,6 @@ impl<'a> SceneContext<'a> {
                 "runs took {mean:.3} s and not {limit} s: an iteration is a long part of that ({spp:.0} spp)"
             ));
         }
-        let threads = rayon::current_num_threads() as f64;
-        let (waited, seconds) = cell.runs.iter().fold((0.0, 0.0), |(w, s), r| (w + r.waited, s + r.seconds));
-        if waited > WAITED * threads * seconds {
-            let share = 100.0 * waited / (threads * seconds);
-            warnings.push(format!(
-                "its threads waited for a processor {share:.0}% of the time: something else ran beside it, and it took longer, or made \
-                 less in its time, than it does alone"
-            ));
-        }
         if let Some(truth) = self.truth {
             self.warn_of_reference(truth, estimator, cell, &mut warnings);
         }
@@ -548,8 +538,8 @@ impl<'a> SceneContext<'a> {
         }
     }
 
-    /// The share of the reference's noise in the MSE that efficiencies go by, where that is none of the metrics that were asked
-    /// for: then nothing else would tell.
+    /// The share of the reference's noise in the MSE that variance, bias and an efficiency go by, where that is none of the metrics
+    /// that were asked for: then nothing else would tell.
     fn noise_of_efficiency(&self, truth: &Truth, cell: &Cell) -> Option<(String, f64)> {
         if self.plan.metrics.contains(&Metric::Mse) {
             return None;
@@ -557,7 +547,14 @@ impl<'a> SceneContext<'a> {
         let noise = truth.noise(Metric::Mse).ok().flatten()?;
         let errors: Option<Vec<f64>> = cell.runs.iter().map(|r| r.mse).collect();
         let share = noise / (noise + mean(&errors?)?);
-        Some((format!("{}, by which efficiencies are compared", Metric::Mse.description().label), share))
+        // Where the relMSE is there the page compares efficiencies by that.
+        let compared = !self.plan.metrics.contains(&Metric::RelMse);
+        let why = if compared {
+            "by which efficiencies are compared"
+        } else {
+            "which bias² and an efficiency go by"
+        };
+        Some((format!("{}, {why}", Metric::Mse.description().label), share))
     }
 }
 

@@ -20,7 +20,8 @@
 //! | `relmse_measured`, `mse_measured` | each run | these with that noise, as measured against the reference |
 //! | `mean` | each run | the mean of the image over pixels and channels |
 //! | `spp`, `seconds` | each run | as the columns, with intervals |
-//! | `variance`, `bias2`, `efficiency`, `variance_efficiency` | all runs | see [`Cell`] |
+//! | `variance`, `bias2`, `efficiency`, `variance_efficiency` | all runs | see [`Cell`]; `efficiency` is 1/(MSE · seconds) |
+//! | `relmse_efficiency` | all runs | 1/(relMSE · seconds), where the relMSE was asked for |
 //! | `energy.nee`, … | all runs | share of the energy that a technique carries, see [`TechniqueShare`] |
 //! | `variance.nee`, … | all runs | variance of its own image over that of the whole |
 //! | `caused.nee`, … | all runs | share of the variance that it causes |
@@ -140,6 +141,7 @@ fn of_all(cell: &Cell) -> Vec<(String, Estimate)> {
         ("variance", cell.variance),
         ("bias2", cell.bias),
         ("efficiency", cell.efficiency),
+        ("relmse_efficiency", cell.efficiency_by("relmse")),
         ("variance_efficiency", cell.variance_efficiency),
     ];
     let mut rows: Vec<(String, Estimate)> =

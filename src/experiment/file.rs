@@ -201,7 +201,7 @@ pub struct ReferenceDef {
     /// As an estimator's.
     pub tracking: Option<Spanned<Tracking>>,
     /// How merges are made. Estimators that merge with the same radii would be measured against their own bias: a reference
-    /// that merges wants smaller ones.
+    /// that merges wants smaller ones, and one whose radii are left open is warned of.
     pub merge: Option<Spanned<MergeDef>>,
     /// Which paths count; default: the scene's. Estimators with other paths are warned about.
     pub paths: Option<Spanned<String>>,
@@ -226,7 +226,8 @@ pub struct FiguresDef {
     pub techniques: Option<Spanned<bool>>,
     /// Weighted (s, t) images of paths of `[min, max]` segments; default: none.
     pub pyramid: Option<Spanned<[Count<1>; 2]>>,
-    /// Error against samples and time; default: whether there is a reference.
+    /// Error against samples and time, of the metrics that are sums over pixels: FLIP's filters would take seconds at each point;
+    /// default: whether there is a reference.
     pub convergence: Option<bool>,
     /// What share of the time each technique costs, measured by leaving each out in turn, which takes some renders more;
     /// default false.

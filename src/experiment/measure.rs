@@ -78,6 +78,7 @@ mod tests {
             seconds: 4.0,
             setup: 0.0,
             waited: 0.0,
+            rendered: None,
             merges: BTreeMap::new(),
             relmse: None,
             mse: None,

@@ -83,6 +83,6 @@ mod tests {
         assert_eq!((run.measured.len(), run.measured["mse"]), (1, 0.5));
         assert_eq!(run.checkpoints[0].metrics["mse"], 2.0);
         assert!(run.checkpoints[1].metrics["mse"].is_nan());
-        assert_eq!(cell.costs(), [0.375]);
+        assert_eq!(cell.costs("mse"), [0.375]);
     }
 }

@@ -17,7 +17,7 @@
 //!     convergence.csv         likewise a row a checkpoint
 //!     <scene>/<estimator>/convergence.json    the mean over the runs, for figure-gen: see `csv`
 //!     experiment.toml         the experiment file, with the changes of `--set`
-//!     index.html, figures/    the page, and its figures as SVG and PNG files: see [`crate::report`]
+//!     index.html, figures/    the page, and its figures as SVG, PDF and PNG files, with a list of what was made: see [`crate::report`]
 //!     <scene>/reference.exr   default layer: the image; layer `variance`: variance of its mean, where known
 //!     <scene>/reference.png
 //!     <scene>/<estimator>/settings.toml  the resolved settings of each run
@@ -34,6 +34,7 @@
 use super::hash::Hasher;
 use super::numbers::{named, number, three};
 use super::older;
+use super::split::efficiency;
 use crate::error::{Error, Result, from_root};
 use crate::film::output::write_bytes;
 pub use crate::render::Budget;
@@ -46,6 +47,9 @@ use std::path::{Path, PathBuf};
 /// The version of the schema that this program writes. It grows when a reader of the old one would be misled;
 /// new keys alone do not change it.
 pub const SCHEMA: u32 = 2;
+
+/// Keys of the metrics that fall as 1/samples, so that 1/(metric · seconds) does not go with the time that was given.
+pub const EFFICIENT: [&str; 2] = ["relmse", "mse"];
 
 /// The file's name within the folder of results.
 pub const FILE_NAME: &str = "results.json";
@@ -71,9 +75,10 @@ pub struct Results {
     pub rendering: String,
     /// Where it ran.
     pub machine: Machine,
-    /// When it started, UTC, RFC 3339 to the second.
+    /// When the command started that wrote these results, UTC, RFC 3339 to the second. It may have measured anew what was rendered
+    /// long before: see [`Run::rendered`].
     pub started: String,
-    /// When the last of these results was written, likewise.
+    /// When it wrote the last of them, likewise.
     pub finished: String,
     /// Whether something that was asked for is missing: it was interrupted, or is still running.
     pub partial: bool,
@@ -332,6 +337,9 @@ pub struct Run {
     /// Seconds that its threads waited for a processor, all together, as something else ran beside it; 0 where that is not known.
     #[serde(default)]
     pub waited: f64,
+    /// When the last of its samples was rendered, UTC, RFC 3339 to the second; none where that is not known.
+    #[serde(default)]
+    pub rendered: Option<String>,
     /// Camera subpaths that were walked.
     pub camera_paths: u64,
     /// Light subpaths that were walked.
@@ -356,7 +364,7 @@ pub struct Run {
     /// negative where that dominates.
     #[serde(default)]
     pub relmse: Option<f64>,
-    /// The MSE likewise: what efficiencies are compared by, whichever metrics were asked for.
+    /// The MSE likewise.
     #[serde(default)]
     pub mse: Option<f64>,
     /// The same on the way: after 1, 2, 4, 8 … iterations, and at the end. Only metrics that are quick to compute:
@@ -496,6 +504,20 @@ impl Results {
         self.cells.iter().find(|c| c.scene == scene && c.estimator == estimator)
     }
 
+    /// When the first of the runs was done, and when the last; none where that is not known.
+    pub fn rendered(&self) -> Option<[&str; 2]> {
+        let ends = || self.cells.iter().flat_map(|c| &c.runs).filter_map(|r| r.rendered.as_deref());
+        // Times of this form sort as texts.
+        Some([ends().min()?, ends().max()?])
+    }
+
+    /// Key and label of the metric that the page compares efficiencies by: the first that was asked for of those that fall as
+    /// 1/samples, else the MSE.
+    pub fn efficiency_metric(&self) -> (&str, &str) {
+        let found = self.metrics.iter().find(|m| EFFICIENT.contains(&m.key.as_str()));
+        found.map_or(("mse", "MSE"), |m| (&m.key, &m.label))
+    }
+
     /// Writes `results.json` into the folder of results, whole or not at all.
     ///
     /// # Errors
@@ -513,10 +535,21 @@ impl Cell {
         self.summary.iter().find(|s| s.metric == key).map(|s| s.value)
     }
 
-    /// MSE · seconds of each run, without the reference's noise: the reciprocal of its efficiency.
-    pub fn costs(&self) -> Vec<f64> {
-        let mse = |r: &Run| r.mse.or_else(|| r.metrics.get("mse").copied()).unwrap_or(f64::NAN);
-        self.runs.iter().map(|r| mse(r) * r.seconds).collect()
+    /// A metric of [`EFFICIENT`] times seconds, of each run, without the reference's noise: the reciprocal of its efficiency.
+    pub fn costs(&self, metric: &str) -> Vec<f64> {
+        let kept = |r: &Run| match metric {
+            "mse" => r.mse,
+            "relmse" => r.relmse,
+            _ => None,
+        };
+        let error = |r: &Run| kept(r).or_else(|| r.metrics.get(metric).copied()).unwrap_or(f64::NAN);
+        self.runs.iter().map(|r| error(r) * r.seconds).collect()
+    }
+
+    /// 1/(metric · seconds) for a metric of [`EFFICIENT`], likewise. None where that was not asked for, or nothing is left of it
+    /// without the noise.
+    pub fn efficiency_by(&self, metric: &str) -> Option<Estimate> {
+        if metric == "mse" { self.efficiency } else { efficiency(self.metric(metric), &self.seconds) }
     }
 }
 

@@ -11,6 +11,7 @@ fn results() -> Results {
         seconds: 0.1,
         setup: 0.01,
         waited: 0.5,
+        rendered: Some("2025-12-31T23:59:59Z".into()),
         merges: BTreeMap::new(),
         relmse: Some(0.25),
         mse: Some(0.5),

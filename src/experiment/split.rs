@@ -20,7 +20,7 @@ use super::statistics::two_sided_quantile;
 use crate::film::Image;
 
 /// Runs that the jackknife needs: one less still has a variance.
-const LEAST_RUNS: usize = 3;
+pub const LEAST_RUNS: usize = 3;
 
 /// The parts of the mean squared error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -72,6 +72,8 @@ pub struct State {
     pub snapshots: Vec<Snapshot>,
     /// The budget that ended here.
     pub ended: Option<Budget>,
+    /// When the last of its iterations was rendered, UTC; none in states from before this was kept.
+    pub rendered: Option<String>,
 }
 
 /// What stands before the numbers of a state.
@@ -96,6 +98,8 @@ pub struct Header {
     snapshots: Vec<(u64, f64)>,
     /// The budget that ended here.
     pub ended: Option<Budget>,
+    #[serde(default)]
+    rendered: Option<String>,
 }
 
 /// Names a run, and tells what decides its samples.
@@ -414,6 +418,7 @@ fn write(path: &Path, key: &str, state: &State) -> Result<()> {
         planes: planes.0.clone(),
         snapshots: state.snapshots.iter().map(|s| (s.iterations, s.seconds)).collect(),
         ended: state.ended,
+        rendered: state.rendered.clone(),
     };
     let header = serde_json::to_vec(&header).map_err(|e| Error::file(path, e.to_string()))?;
     write_atomically(path, |output| {
@@ -502,7 +507,8 @@ fn state(header: Header, bytes: &[u8], empty: &Film) -> Option<State> {
         merges: header.merges,
         partial: false,
     };
-    images.is_empty().then_some(State { outcome, resolved: header.resolved, snapshots, ended: header.ended })
+    let Header { resolved, ended, rendered, .. } = header;
+    images.is_empty().then_some(State { outcome, resolved, snapshots, ended, rendered })
 }
 
 const _: () = assert!(Technique::COUNT == size_of::<Dropped>() / 8, "the header has a count a technique");

@@ -6,6 +6,7 @@
 //! was under way. Where the clock or the error ends a run, the number of iterations is written down with the state, and
 //! does not change any more. A run that is asked for more than it was starts from its last state.
 
+use super::machine::now;
 use super::metrics::Metric;
 use super::reference::Truth;
 use super::store::{Held, Snapshot, State, Unit};
@@ -126,6 +127,8 @@ impl<'a> Work<'a> {
                 None => block,
                 Some(mut state) => {
                     state.outcome.append(&mut block.outcome);
+                    // These sort as texts.
+                    state.rendered = state.rendered.max(block.rendered);
                     state
                 }
             };
@@ -175,7 +178,8 @@ impl<'a> Work<'a> {
             // What it took to set up is in the first block.
             (outcome.seconds, outcome.setup) = (0.0, 0.0);
         }
-        let mut block = State { outcome, resolved: resolved.clone(), snapshots: Vec::new(), ended: None };
+        let resolved = resolved.clone();
+        let mut block = State { outcome, resolved, snapshots: Vec::new(), ended: None, rendered: None };
         let end = self.end_of_block(first);
         let mut at = first;
         while at < end {
@@ -191,6 +195,7 @@ impl<'a> Work<'a> {
                 block.snapshots.push(snapshot);
             }
         }
+        block.rendered = Some(now());
         unit.save_ahead(first, end, &block)
     }
 
@@ -205,7 +210,10 @@ impl<'a> Work<'a> {
         let mut block = engine.nothing_yet();
         let mut state = match found {
             Some(state) => taken_up(state),
-            None => State { outcome: block.clone(), resolved, snapshots: Vec::new(), ended: None },
+            None => {
+                let outcome = block.clone();
+                State { outcome, resolved, snapshots: Vec::new(), ended: None, rendered: None }
+            }
         };
         // What it took to set up is in the first state.
         (block.seconds, block.setup) = (0.0, 0.0);
@@ -213,7 +221,7 @@ impl<'a> Work<'a> {
         while state.ended.is_none() && self.goes_on(&state.outcome, &block) {
             if self.stop.requested() {
                 state.outcome.append(&mut block);
-                state.outcome.partial = true;
+                (state.outcome.partial, state.rendered) = (true, Some(now()));
                 return Ok(state);
             }
             let at = state.outcome.film.iterations() + block.film.iterations();
@@ -238,6 +246,7 @@ impl<'a> Work<'a> {
             }
             if state.ended.is_some() || done == block_end(at, pixels) {
                 state.outcome.append(&mut block);
+                state.rendered = Some(now());
                 held.save(&state)?;
                 state = self.take_over(held, Some(state), empty)?.expect("what was there is there");
             }

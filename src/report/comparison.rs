@@ -239,9 +239,10 @@ fn crops(view: &SceneView, images: &Images) -> (Vec<(String, Crop)>, String) {
     }
     let Some(reference) = &images.reference else { return (Vec::new(), String::new()) };
     let estimates: Vec<&Image> = images.estimates.iter().flatten().collect();
-    let chosen = choose(reference, &estimates, 2);
+    let chosen = choose(reference, &estimates, view.scene.exposure, 2);
     let crops: Vec<_> = chosen.into_iter().enumerate().map(|(i, c)| (letter(i), c)).collect();
     let why = if estimates.len() > 1 { "the estimators' errors differ most" } else { "the error is largest" };
+    let why = format!("{why} and the reference is not uniform");
     let text = format!("Enlarged parts chosen automatically, where {why}: {}.", places(&crops));
     (crops, text)
 }
@@ -387,7 +388,7 @@ fn crops_figure(
 ) -> Insets {
     let (width, height) = (view.scene.width as f64, view.scene.height as f64);
     let exposure = view.scene.exposure;
-    let first = columns.iter().find_map(|c| Some((c.label, c.image?)));
+    let first = columns.iter().find_map(|c| c.image);
     let letter = |name: &str| name.split(':').next().unwrap_or_default().to_owned();
     let part = |(i, (name, c)): (usize, &(String, Crop))| {
         let [x, y, w, h] = [c.x, c.y, c.width, c.height].map(|v| v as f64);
@@ -414,7 +415,8 @@ fn crops_figure(
     }
     Insets {
         title: format!("{}: enlarged parts", view.scene.label),
-        whole: first.and_then(|(label, i)| Some((Picture::of(i, exposure, IMAGE_SIDE)?, label.to_owned()))),
+        // Its parts are in a column with a name: here the scene's is what is not said yet.
+        whole: first.and_then(|i| Some((Picture::of(i, exposure, IMAGE_SIDE)?, view.scene.label.clone()))),
         note,
         parts: crops.iter().enumerate().map(part).collect(),
         columns: columns

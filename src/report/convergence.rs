@@ -45,6 +45,14 @@ impl Against {
         }
     }
 
+    /// The label of a plot in which some run had a set-up, or none: slopes are to be read with it, and a figure may stand alone.
+    fn label_of(self, with_setup: bool) -> String {
+        match self {
+            Self::Time if with_setup => format!("{}; slopes without set-up", self.label()),
+            _ => self.label().to_owned(),
+        }
+    }
+
     fn slope(self, entry: &Entry, c: &results::Curve) -> Option<Estimate> {
         match self {
             Self::Samples => c.slope_spp,
@@ -84,6 +92,15 @@ pub(super) fn section(context: &mut Context, view: &SceneView, m: &mut Markup) {
         );
         plots(context, view, main, m);
         slopes(view, &metrics, m);
+        let without: Vec<&str> =
+            results.metrics.iter().filter(|k| !has(k)).map(|k| k.label.as_str()).collect();
+        if !without.is_empty() {
+            let text = format!(
+                "None of {}: on the way only sums over pixels are measured, as filters take seconds an image.",
+                without.join(", ")
+            );
+            m.leaf("p", &[("class", &"note")], text);
+        }
         if !others.is_empty() {
             m.tag("details", &[], |m| {
                 let names: Vec<&str> = others.iter().map(|k| k.label.as_str()).collect();
@@ -144,7 +161,7 @@ fn plot(context: &Context, view: &SceneView, metric: &MetricInfo, against: Again
     };
     Plot {
         title: format!("{} – {} against {}", view.scene.label, metric.label, against.word()),
-        x_label: against.label().into(),
+        x_label: against.label_of(view.entries.iter().any(|e| e.cell.runs.iter().any(|r| r.setup > 0.0))),
         y_label: metric.label.clone(),
         curves: view.entries.iter().filter_map(curve).collect(),
         reference_slope: expected_slope(&metric.key),

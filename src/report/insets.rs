@@ -32,7 +32,7 @@ pub(super) struct Column {
 pub(super) struct Insets {
     /// For those who cannot see it.
     pub title: String,
-    /// The image with the frames, and its name.
+    /// The image with the frames, and what stands above it.
     pub whole: Option<(Picture, String)>,
     /// What stands under it.
     pub note: String,

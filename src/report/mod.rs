@@ -16,7 +16,7 @@
 //! | `viewer` | images flipped in place, as floating-point data |
 //! | `reproduce` | program, machine, settings, seeds, times, definitions |
 //! | `paper`, `face` | the width that figures are laid out at, and their font |
-//! | `outlined`, `pdf`, `drawn` | figures as SVG, as PDF and as PNG |
+//! | `outlined`, `pdf`, `drawn`, `made` | figures as SVG, as PDF and as PNG; which of them are of before |
 //! | `markup`, `numbers`, `picture`, `montage` | HTML and SVG, numbers, images as `data:` addresses |
 
 mod axis;
@@ -30,6 +30,7 @@ mod drawn;
 mod face;
 mod insets;
 mod layers;
+mod made;
 mod maps;
 mod markup;
 mod montage;
@@ -57,6 +58,7 @@ use crate::error::{Error, Result};
 use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
 use comparison::signed;
+use made::{Made, sum_of};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -77,7 +79,7 @@ pub struct ReportSummary {
 
 /// Reads the results in a folder and writes `index.html`, `figures/*.svg`, the same as `*.pdf` and `*.png`, there, each whole or not at all.
 ///
-/// Images that are missing or damaged leave a note in the page.
+/// Images that are missing or damaged leave a note in the page. Figures that an earlier report made and this one does not are deleted.
 ///
 /// # Errors
 /// No results in the folder, damaged ones, or a file that cannot be written.
@@ -117,24 +119,36 @@ pub fn report_of(dir: &Path, results: &Results) -> Result<ReportSummary> {
     let width = results.figures.width_cm;
     let written = context.figures.par_iter().map(|(name, svg)| figure(&folder.join(name), svg, width));
     let written = written.collect::<Result<Vec<_>>>()?;
-    let figures = written.iter().map(|(svg, _)| svg.clone()).collect();
-    let pictures = written.into_iter().filter_map(|(_, png)| png).collect();
+    made::tidy(&folder, &written.iter().flat_map(|w| w.made.clone()).collect())?;
+    let figures = written.iter().map(|w| w.svg.clone()).collect();
+    let pictures = written.into_iter().filter_map(|w| w.png).collect();
     let page = dir.join("index.html");
     write_bytes(&page, html.as_bytes())?;
     Ok(ReportSummary { page, bytes: html.len(), figures, pictures, problems: context.problems })
 }
 
-/// Writes a figure as SVG, PDF and PNG, at `path` with these extensions; the paths of the first and the last.
-fn figure(path: &Path, svg: &str, width: Option<f64>) -> Result<(PathBuf, Option<PathBuf>)> {
-    let with = |extension: &str| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        path.with_file_name(format!("{name}.{extension}"))
+/// A figure on disk.
+struct Written {
+    svg: PathBuf,
+    png: Option<PathBuf>,
+    /// Its files.
+    made: Made,
+}
+
+/// Writes a figure as SVG, PDF and PNG, at `path` with these extensions.
+fn figure(path: &Path, svg: &str, width: Option<f64>) -> Result<Written> {
+    let mut made = Made::new();
+    let mut write = |extension: &str, bytes: &[u8]| {
+        let name = format!("{}.{extension}", path.file_name().unwrap_or_default().to_string_lossy());
+        let path = path.with_file_name(&name);
+        write_bytes(&path, bytes)?;
+        made.insert(name, sum_of(bytes));
+        Ok(path)
     };
-    write_bytes(&with("svg"), outlined::outlined(&pdf::sized(svg, width)).as_bytes())?;
+    let file = write("svg", outlined::outlined(&pdf::sized(svg, width)).as_bytes())?;
     if let Some(pdf) = pdf::pdf(svg, width) {
-        write_bytes(&with("pdf"), &pdf)?;
+        write("pdf", &pdf)?;
     }
-    let Some(png) = drawn::png(svg, width) else { return Ok((with("svg"), None)) };
-    write_bytes(&with("png"), &png)?;
-    Ok((with("svg"), Some(with("png"))))
+    let png = drawn::png(svg, width).map(|png| write("png", &png)).transpose()?;
+    Ok(Written { svg: file, png, made })
 }

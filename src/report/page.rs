@@ -84,7 +84,7 @@ fn header(context: &Context, m: &mut Markup) {
             plural(results.estimators.len() as u64, "estimator"),
             plural(u64::from(results.runs), "run"),
             format!("{} ({} threads)", results.machine.cpu, results.machine.threads),
-            results.finished.clone(),
+            results.rendered().map_or(results.finished.as_str(), |[_, last]| last).to_owned(),
         ];
         m.tag("p", &[("class", &"facts-line")], |m| made.iter().for_each(|t| m.leaf("span", &[], t)));
         if results.partial {
@@ -173,7 +173,7 @@ fn scene(context: &mut Context, view: &SceneView, m: &mut Markup) {
     m.tag("section", &[("id", &view.id), ("class", &"scene"), ("data-scene", &view.scene.key)], |m| {
         m.leaf("h2", &[], &view.scene.label);
         paragraphs(m, "caption", &view.scene.caption);
-        if let Some(text) = verdict::verdict(view) {
+        if let Some(text) = verdict::verdict(view, context.results.efficiency_metric()) {
             m.leaf("p", &[("class", &"verdict")], text);
         }
         warnings(m, "Warnings", &scene_warnings(view));

@@ -51,10 +51,18 @@ fn program(results: &Results, m: &mut Markup) {
             &format!("{} (resolved: experiment.toml beside this page)", results.experiment),
         );
         pair(m, "machine", &format!("{}, {} cores, {} threads", machine.cpu, machine.cores, machine.threads));
-        pair(m, "started", &results.started);
-        pair(m, "finished", &results.finished);
+        match results.rendered() {
+            Some([first, last]) => {
+                pair(m, "rendered", &format!("the first run was done {first}, the last {last}"));
+                pair(m, "measured", &results.finished);
+            }
+            None => {
+                pair(m, "started", &results.started);
+                pair(m, "finished", &results.finished);
+            }
+        }
         let total: f64 = results.cells.iter().flat_map(|c| &c.runs).map(|r| r.seconds).sum();
-        pair(m, "rendering in all", &duration(total));
+        pair(m, "rendering in all", &format!("{}, the sum over all runs", duration(total)));
         pair(m, "data", "results.json (all numbers), results.csv (a row a number, under the keys of this page's metrics with the values of this page)");
     });
 }
@@ -124,7 +132,9 @@ fn metrics(results: &Results, m: &mut Markup) {
             "variance",
             "mean squared difference of a run from the mean of all runs, per pixel and channel, times R/(R−1)",
         );
-        pair(m, "efficiency", "1/(MSE · seconds); the ratio is that of the mean products over the runs");
+        let efficiency =
+            format!("1/({} · seconds); the ratio is that of the mean products over the runs", results.efficiency_metric().1);
+        pair(m, "efficiency", &efficiency);
         pair(m, "energy", "mean luminance of a layer over the finite pixels; its share is of the combined image's");
     });
 }
@@ -149,6 +159,7 @@ fn runs(view: &SceneView, m: &mut Markup) {
         "spp",
         "seconds",
         "of them pilots",
+        "done",
         "camera paths",
         "light paths",
         "lengths",
@@ -168,6 +179,7 @@ fn runs(view: &SceneView, m: &mut Markup) {
                         format!("{}{partial}", count(run.spp)),
                         significant(run.seconds, 4),
                         significant(run.setup, 2),
+                        run.rendered.clone().unwrap_or_else(|| "–".into()),
                         count(run.camera_paths),
                         count(run.light_paths),
                         lengths,

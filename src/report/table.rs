@@ -6,6 +6,7 @@ use super::markup::Markup;
 use super::numbers::significant;
 use super::statistics::{Best, Ratio, best, ratio};
 use crate::experiment::results::{Cell, Estimate, MetricInfo};
+use crate::experiment::split::LEAST_RUNS;
 
 /// A column of the table.
 struct Column {
@@ -51,7 +52,7 @@ fn columns(context: &Context, view: &SceneView) -> Vec<Column> {
         texts: each(&|c| estimate(&c.seconds)),
         best: None,
     });
-    out.extend(efficiency_columns(view));
+    out.extend(efficiency_columns(view, context.results.efficiency_metric()));
     if view.entries.iter().any(|e| e.cell.variance.is_some()) {
         out.push(Column {
             heading: "variance".into(),
@@ -107,15 +108,16 @@ fn values(cell: &Cell, key: &str) -> Vec<f64> {
     cell.runs.iter().map(|r| r.metrics.get(key).copied().unwrap_or(f64::NAN)).collect()
 }
 
-fn efficiency_columns(view: &SceneView) -> Vec<Column> {
-    if view.entries.iter().all(|e| e.cell.efficiency.is_none()) {
+/// By the metric with this key and label.
+fn efficiency_columns(view: &SceneView, (by, by_label): (&str, &str)) -> Vec<Column> {
+    if view.entries.iter().all(|e| e.cell.efficiency_by(by).is_none()) {
         return Vec::new();
     }
-    let costs: Vec<Vec<f64>> = view.entries.iter().map(|e| e.cell.costs()).collect();
-    let optional = |e: &Entry| e.cell.efficiency.map_or_else(|| "–".into(), |e| estimate(&e));
+    let costs: Vec<Vec<f64>> = view.entries.iter().map(|e| e.cell.costs(by)).collect();
+    let optional = |e: &Entry| e.cell.efficiency_by(by).map_or_else(|| "–".into(), |e| estimate(&e));
     let mut out = vec![Column {
-        heading: "efficiency".into(),
-        about: "1/(MSE · seconds)".into(),
+        heading: format!("efficiency ({by_label})"),
+        about: format!("1/({by_label} · seconds)"),
         texts: view.entries.iter().map(optional).collect(),
         best: (view.entries.len() > 1).then(|| best(&costs)),
     }];
@@ -209,12 +211,17 @@ fn note(view: &SceneView) -> String {
     if most < 2 {
         return "One run: there are no intervals, and nothing can be said about which is better.".into();
     }
+    let few = if (2..LEAST_RUNS).contains(&least) {
+        format!(" Variance and bias² have an interval from {LEAST_RUNS} runs on.")
+    } else {
+        String::new()
+    };
     let runs = if least == most { format!("{most} runs") } else { format!("{least} to {most} runs") };
     format!(
         "Means over {runs}, with 95% confidence intervals. The reference's own noise is taken off where it adds up (MSE, relMSE, \
          efficiency), and variance and bias² add up to the MSE without it. The best is bold where Welch's t-test tells it from \
          every other at 5% in all (Šidák); else the last line lists those that cannot be told apart. The interval of a ratio of efficiencies (Fieller) \
-         is for that one comparison alone."
+         is for that one comparison alone.{few}"
     )
 }
 

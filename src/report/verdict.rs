@@ -10,11 +10,12 @@ use crate::transport::technique::TECHNIQUES;
 
 /// The sentences; none where nothing is measured against a reference, or there is nothing to compare.
 ///
-/// Estimators are compared by MSE · seconds, without the reference's noise. The best is compared with the next, and where
+/// Estimators are compared by error · seconds, without the reference's noise, where the error is the metric with the key and label
+/// `by`. The best is compared with the next, and where
 /// these cannot be told apart, with the last, too.
-pub(super) fn verdict(view: &SceneView) -> Option<String> {
+pub(super) fn verdict(view: &SceneView, by: (&str, &str)) -> Option<String> {
     let costs = |e: &'_ Entry| {
-        let costs = e.cell.costs();
+        let costs = e.cell.costs(by.0);
         mean(&costs).filter(|mean| *mean > 0.0).map(|mean| (mean, costs))
     };
     let mut all: Vec<(&Entry, (f64, Vec<f64>))> =
@@ -23,17 +24,18 @@ pub(super) fn verdict(view: &SceneView) -> Option<String> {
     let [(best, (_, least)), (next, (_, its)), rest @ ..] = &all[..] else { return None };
     let found = ratio(its, least)?;
     if told_apart(&found) {
-        return Some(won(best, next, "the next", &found));
+        return Some(won(best, next, "the next", by.1, &found));
     }
     let equal = format!(
-        "{} is as efficient (1/(MSE · s)) as {}, as far as can be told: {}.",
+        "{} is as efficient (1/({} · s)) as {}, as far as can be told: {}.",
         best.info.label,
+        by.1,
         next.info.label,
         ratio_text(&found)
     );
     let last = rest.last().and_then(|(last, (_, its))| Some((last, ratio(its, least)?)));
     Some(match last.filter(|(_, found)| told_apart(found)) {
-        Some((last, found)) => format!("{equal} {}", won(best, last, "the last", &found)),
+        Some((last, found)) => format!("{equal} {}", won(best, last, "the last", by.1, &found)),
         None => equal,
     })
 }
@@ -47,11 +49,11 @@ fn told_apart(ratio: &Ratio) -> bool {
 }
 
 /// By how much the best is better than another one, and why.
-fn won(best: &Entry, other: &Entry, place: &str, ratio: &Ratio) -> String {
+fn won(best: &Entry, other: &Entry, place: &str, by: &str, ratio: &Ratio) -> String {
     let single = if matches!(ratio, Ratio::Bare(_)) { ", of one run, which says little" } else { "" };
     let (label, than) = (&best.info.label, &other.info.label);
-    let text =
-        format!("{label} is {} as efficient (1/(MSE · s)) as {than}, {place}{single}.", ratio_text(ratio));
+    let factor = ratio_text(ratio);
+    let text = format!("{label} is {factor} as efficient (1/({by} · s)) as {than}, {place}{single}.");
     [Some(text), blame(other)].into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 

@@ -201,7 +201,9 @@ fn spread(
     ] {
         let found: Vec<(&Entry, ScalarImage)> =
             maps.iter().filter_map(|(e, file)| Some((*e, scalar(file.layer(layer)?, mean_of)))).collect();
+        let lacking = if signed { None } else { lacking(view) };
         if found.is_empty() {
+            lacking.iter().for_each(|text| m.leaf("p", &[("class", &"note")], text));
             continue;
         }
         let top = top(found.iter().map(|(_, map)| map));
@@ -222,15 +224,37 @@ fn spread(
             let (label, fact, picture) = (label.clone(), fact.clone(), picture.clone());
             montage.push(rows, Tile { picture, label, fact, ..Tile::default() });
         }
+        for entry in view.entries.iter().filter(|e| !signed && has_one_sample(e)) {
+            let (label, fact) = (entry.info.label.clone(), "no map: one sample a pixel".to_owned());
+            montage.push(rows, Tile { label, fact, ..Tile::default() });
+        }
         let lines = range.replace(", ", ",\n");
         montage.name_row(rows, &format!("{}\n{lines}", if signed { "bias" } else { "variance" }));
         rows += 1;
         row(m, view, title, columns);
+        lacking.iter().for_each(|text| m.leaf("p", &[("class", &"note")], text));
     }
     for (entry, file) in maps {
         techniques(m, view, entry, file);
     }
     (rows > 0).then(|| montage.on(paper))
+}
+
+/// Whether no pixel of a run has a variance.
+fn has_one_sample(entry: &Entry) -> bool {
+    entry.cell.runs.iter().all(|r| r.spp < 2)
+}
+
+/// Which estimators have no map of their variance, and why.
+fn lacking(view: &SceneView) -> Option<String> {
+    let labels: Vec<&str> =
+        view.entries.iter().filter(|e| has_one_sample(e)).map(|e| e.info.label.as_str()).collect();
+    (!labels.is_empty()).then(|| {
+        format!(
+            "No map of {}: the variance of a pixel needs at least two samples in a run.",
+            labels.join(", ")
+        )
+    })
 }
 
 /// The variance that each technique's image has, pixel by pixel; folded.

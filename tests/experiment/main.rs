@@ -209,6 +209,7 @@ fn tables_have_a_row_a_number() {
             ("variance", cell.variance),
             ("bias2", cell.bias),
             ("efficiency", cell.efficiency),
+            ("relmse_efficiency", cell.efficiency_by("relmse")),
             ("variance_efficiency", cell.variance_efficiency),
         ] {
             assert_eq!(get(None, name), (e.unwrap().mean, ends(e.unwrap())));
@@ -224,7 +225,7 @@ fn tables_have_a_row_a_number() {
                 assert_eq!(get(None, &format!("{name}.{}", share.technique)), (e.mean, ends(e)));
             }
         }
-        expected += 3 * (3 + 2 + 3) + 4 + 4 * cell.techniques.len();
+        expected += 3 * (3 + 2 + 3) + 5 + 4 * cell.techniques.len();
     }
     assert_eq!(
         values.len(),
@@ -365,6 +366,7 @@ fn the_experiments_of_the_project_can_be_read() {
         for scene in &plan.scenes {
             tyndall::scene::file::load(&scene.path, &Default::default()).unwrap_or_else(|e| panic!("{e}"));
         }
+        assert_eq!(plan.warnings, Vec::<String>::new(), "{}", path.display());
         names.push(plan.name);
     }
     names.sort();
@@ -400,7 +402,7 @@ fn wrong_experiments_are_pointed_at() {
         ("budget = { spp = 4 }", "", &["experiment.toml:", "no budget"]),
         ("\"mse\"", "\"mze\"", &["experiment.toml:5:", "`mse`"]),
         ("\"mse\"", "\"relmse\"", &["experiment.toml:5:", "twice"]),
-        ("file = \"small\"", "file = \"smal\"", &["experiment.toml:12:8", "smal"]),
+        ("file = \"small\"", "file = \"smal\"", &["experiment.toml:12:8", "smal", "did you mean `small`?"]),
         ("preset = \"pt\"", "preset = \"ppt\"", &["experiment.toml:", "`ppt`", "did you mean"]),
         ("preset = \"pt\"", "", &["experiment.toml:", "lacks `preset`"]),
         ("\"lens\"", "\"lense\"", &["'lense'", "did you mean 'lens'"]),
@@ -410,6 +412,11 @@ fn wrong_experiments_are_pointed_at() {
         ("width = 8, height = 8", "width = 80, height = 8", &["80x8", "24x16"]),
         ("spp = 24", "", &["experiment.toml:", "exactly one of `spp` and `seconds`"]),
         ("preset = \"bpt\"\nspp = 24", "file = \"none.exr\"", &["experiment.toml:8:", "none.exr"]),
+        (
+            "preset = \"bpt\"\nspp = 24",
+            "file = \"small/scen.toml\"",
+            &["experiment.toml:8:8", "no reference image", "did you mean `scene.toml`?"],
+        ),
         ("exposure = 0.5", "exposure = nan", &["experiment.toml:13:", "NaN"]),
         ("layers = \"families\"", "color = \"red\"", &["experiment.toml:", "#rrggbb"]),
         ("exposure = 0.5", "min_length = 9", &["minimum path length is 9"]),

@@ -131,6 +131,29 @@ fn parts_have_letters_and_errors() {
     assert_eq!(numbers.count(), 12);
 }
 
+/// A figure may stand without the page that says what its slopes leave out.
+#[test]
+fn slopes_without_the_set_up_are_said_to_be() {
+    let dir = tempfile::tempdir().unwrap();
+    let all = figures(dir.path(), 3, 8.5, None);
+    let says = |end: &str| {
+        let (_, plot) = all.iter().find(|(name, _)| name.ends_with(end)).unwrap();
+        plot.contains(">seconds of rendering; slopes without set-up</text>")
+    };
+    assert!(says("-relmse-time") && !says("-relmse-samples"));
+}
+
+/// Bug that this keeps out: a column and the image beside it both headed "Reference".
+#[test]
+fn names_are_there_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let all = figures(dir.path(), 4, 17.8, None);
+    let (_, crops) = all.iter().find(|(name, _)| name.ends_with("-crops")).unwrap();
+    for name in ["Reference", "Two balls in a box", "path tracing"] {
+        assert_eq!(crops.matches(&format!(">{name}</text>")).count(), 1, "{name}");
+    }
+}
+
 #[test]
 fn bands_lie_within_the_plot_and_names_below_it() {
     let dir = tempfile::tempdir().unwrap();

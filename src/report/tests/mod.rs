@@ -222,6 +222,86 @@ fn figures_that_are_not_wanted_are_not_made() {
     }
 }
 
+/// Bug that this keeps out: figures of a metric that was taken out of the experiment, beside those of now.
+#[test]
+fn figures_of_before_are_taken_away() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut r = results(dir.path(), &Options { layers: false, ..Options::default() });
+    let all = || -> Vec<String> {
+        let entries = std::fs::read_dir(dir.path().join("figures")).unwrap();
+        entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    };
+    page(dir.path(), &r);
+    std::fs::write(dir.path().join("figures/scene0-convergence-mae-mine.svg"), "mine").unwrap();
+    let before = all();
+    let of_smape = |names: &[String]| names.iter().filter(|n| n.contains("-smape-")).count();
+    assert_eq!(of_smape(&before), 6, "against samples and time as SVG, PDF and PNG");
+    r.metrics.retain(|m| m.key != "smape");
+    page(dir.path(), &r);
+    let after = all();
+    assert_eq!((of_smape(&after), after.len()), (0, before.len() - 6));
+    assert!(after.contains(&"scene0-convergence-mae-mine.svg".to_owned()));
+}
+
+/// Bug that this keeps out: an estimator that is not among the maps of variance, without a word.
+#[test]
+fn one_sample_has_no_variance_and_the_page_says_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut r = results(dir.path(), &Options { layers: false, ..Options::default() });
+    let text = "No map of light tracing: the variance of a pixel needs at least two samples in a run.";
+    assert!(!page(dir.path(), &r).0.contains("No map of"));
+    let path = dir.path().join("scene0/lt/statistics.exr");
+    let mut file = crate::film::exr::read_layers(&path).unwrap();
+    file.layers.retain(|l| l.name == "bias");
+    crate::film::exr::write(&path, &file).unwrap();
+    r.cells[1].runs.iter_mut().for_each(|run| run.spp = 1);
+    let (html, summary) = page(dir.path(), &r);
+    assert!(html.contains(text));
+    let spread = summary.figures.iter().find(|f| f.ends_with("scene0-spread.svg")).unwrap();
+    let svg = std::fs::read_to_string(spread).unwrap();
+    assert!(
+        svg.contains("aria-label=\"no map: one sample a pixel\"") || svg.contains("no map"),
+        "{svg:.2000}"
+    );
+    // Where none has any, that is said all the same.
+    for (cell, key) in r.cells.iter_mut().zip(["pt", "lt", "bpt"]) {
+        cell.runs.iter_mut().for_each(|run| run.spp = 1);
+        crate::film::exr::write(dir.path().join(format!("scene0/{key}/statistics.exr")), &file).unwrap();
+    }
+    let (html, _) = page(dir.path(), &r);
+    assert!(html.contains("No map of path tracing, light tracing, bidirectional path tracing:"));
+}
+
+/// What the numbers stand on is said beside them: which error efficiencies go by, when runs were rendered, what has no curve.
+#[test]
+fn what_is_shown_is_said_to_be() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut r = results(dir.path(), &Options { layers: false, ..Options::default() });
+    let (html, _) = page(dir.path(), &r);
+    assert!(html.contains(">efficiency (relMSE)</th>") && html.contains("1/(relMSE · seconds)"));
+    assert!(
+        html.contains("2026-01-01T00:03:00Z") && html.contains(">started</dt>"),
+        "as it is not known better"
+    );
+    assert!(!html.contains("None of FLIP") && !html.contains("an interval from 3 runs on"));
+    for (i, run) in r.cells.iter_mut().flat_map(|c| &mut c.runs).enumerate() {
+        run.rendered = Some(format!("2025-06-01T00:{:02}:00Z", 30 - i));
+    }
+    for cell in &mut r.cells {
+        cell.convergence.retain(|c| c.metric != "flip");
+        cell.runs.truncate(2);
+    }
+    r.metrics.retain(|m| m.key != "relmse");
+    let (html, _) = page(dir.path(), &r);
+    assert!(
+        html.contains("the first run was done 2025-06-01T00:21:00Z, the last 2025-06-01T00:30:00Z"),
+        "{html:.100}"
+    );
+    assert!(html.contains("<span>2025-06-01T00:30:00Z</span>") && !html.contains(">started</dt>"));
+    assert!(html.contains(">efficiency (MSE)</th>") && html.contains("an interval from 3 runs on"));
+    assert!(html.contains("None of FLIP: on the way only sums over pixels are measured"));
+}
+
 #[test]
 fn one_estimator_with_one_run_claims_nothing() {
     let dir = tempfile::tempdir().unwrap();

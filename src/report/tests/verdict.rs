@@ -11,7 +11,8 @@ fn with_errors(dir: &Path, errors: [[f64; 4]; 3]) -> Results {
     let mut results = results(dir, &Options { layers: false, ..Options::default() });
     for (cell, errors) in results.cells.iter_mut().zip(errors) {
         for (run, error) in cell.runs.iter_mut().zip(errors) {
-            (run.seconds, run.mse) = (1.0, Some(error));
+            // By the MSE it would be the other way round.
+            (run.seconds, run.relmse, run.mse) = (1.0, Some(error), Some(1.0 / error));
         }
         (cell.bias, cell.variance) = (None, None);
         for (share, caused) in cell.techniques.iter_mut().zip([0.2, 0.7, 0.1]) {
@@ -27,7 +28,7 @@ fn known(mean: f64, half: f64) -> Estimate {
 
 fn said(results: &Results) -> Option<String> {
     let dir = tempfile::tempdir().unwrap();
-    verdict(&Context::new(dir.path(), results).scene(0))
+    verdict(&Context::new(dir.path(), results).scene(0), results.efficiency_metric())
 }
 
 #[test]
@@ -37,7 +38,7 @@ fn the_best_is_named_with_its_factor_and_what_the_other_loses_by() {
     let mut results = with_errors(dir.path(), [middle, high, low]);
     let text = said(&results).unwrap();
     assert!(text.starts_with("bidirectional path tracing is 4.00× ["), "{text}");
-    assert!(text.contains("as efficient (1/(MSE · s)) as path tracing, the next. "), "{text}");
+    assert!(text.contains("as efficient (1/(relMSE · s)) as path tracing, the next. "), "{text}");
     let why = "Most of the variance of path tracing is caused by next-event estimation (70.0 % ±\u{a0}5.0).";
     assert!(text.ends_with(why), "{text}");
     // Less than a half, and what may be nothing.
@@ -51,6 +52,25 @@ fn the_best_is_named_with_its_factor_and_what_the_other_loses_by() {
     assert!(said(&results).unwrap().ends_with("More of the error of path tracing is bias than variance."));
     results.cells[0].bias = Some(known(3.0, 2.5));
     assert!(said(&results).unwrap().ends_with(why), "not for sure");
+}
+
+/// It goes by the first metric of which there is an efficiency.
+#[test]
+fn the_metric_that_is_asked_for_decides() {
+    let dir = tempfile::tempdir().unwrap();
+    let [low, middle, high] = [[1.0, 1.1, 0.9, 1.0], [4.0, 4.4, 3.6, 4.0], [9.0, 9.9, 8.1, 9.0]];
+    let mut results = with_errors(dir.path(), [middle, high, low]);
+    let all = results.metrics.clone();
+    let named = |key: &str| all.iter().find(|m| m.key == key).unwrap().clone();
+    for (metrics, start) in [
+        (&["flip", "relmse", "mse"][..], "bidirectional path tracing is 4.00× ["),
+        (&["mse", "relmse"], "light tracing is 2.2"),
+        (&["flip", "smape"], "light tracing is 2.2"),
+    ] {
+        results.metrics = metrics.iter().map(|key| named(key)).collect();
+        let (text, by) = (said(&results).unwrap(), if start.starts_with("b") { "relMSE" } else { "MSE" });
+        assert!(text.starts_with(start) && text.contains(&format!("(1/({by} · s))")), "{metrics:?}: {text}");
+    }
 }
 
 #[test]
@@ -73,7 +93,7 @@ fn nothing_is_said_where_nothing_is_compared() {
     assert_eq!(said(&results), None);
     let mut results = with_errors(dir.path(), [[1.0; 4], [2.0; 4], [3.0; 4]]);
     for run in results.cells.iter_mut().flat_map(|c| &mut c.runs) {
-        run.mse = None;
+        (run.mse, run.relmse) = (None, None);
         run.metrics.clear();
     }
     assert_eq!(said(&results), None, "no reference");
