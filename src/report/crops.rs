@@ -127,8 +127,8 @@ pub(super) fn choose(reference: &Image, estimates: &[&Image], stops: f32, count:
             candidates.push((contrast.of(&crop), crop));
         }
     }
-    // Above rounding, of which a uniform image has a little.
-    let most = candidates.iter().map(|(contrast, _)| *contrast).fold(1e-6, f64::max);
+    // What is less than a step of a display is not seen, and may be rounding.
+    let most = candidates.iter().map(|(contrast, _)| *contrast).fold(1.0 / 255.0, f64::max);
     for (value, crop) in &mut candidates {
         *value = score(crop) * (DULL + (1.0 - DULL) * *value / most);
     }
@@ -186,7 +186,7 @@ mod tests {
         assert!(crops.iter().all(|c| c.x >= 58), "{crops:?}");
         // What is the same black or white at an exposure has nothing to be seen.
         let crops = choose(&reference, &[&noisy, &reference], 10.0, 1);
-        assert_eq!((crops[0].x, crops[0].y), (0, 0), "{crops:?}");
+        assert!(crops[0].x + crops[0].width <= 64, "{crops:?}");
     }
 
     #[test]
