@@ -149,7 +149,7 @@ fn names_are_there_once() {
     let dir = tempfile::tempdir().unwrap();
     let all = figures(dir.path(), 4, 17.8, None);
     let (_, crops) = all.iter().find(|(name, _)| name.ends_with("-crops")).unwrap();
-    for name in ["Reference", "Two balls in a box", "path tracing"] {
+    for name in ["Reference", "Two balls in a box"] {
         assert_eq!(crops.matches(&format!(">{name}</text>")).count(), 1, "{name}");
     }
 }
