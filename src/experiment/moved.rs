@@ -2,10 +2,8 @@
 
 use super::plan::{Plan, ScenePlan};
 use super::store::{SceneKey, image_file};
+use crate::film::exr::read_text;
 use crate::render::files::SCENE_CONTENTS;
-use exr::meta::MetaData;
-use exr::meta::attribute::AttributeValue;
-use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 
 /// Says under which name there are runs of a scene with these contents in the folder of results, where there are none under its own
@@ -28,21 +26,7 @@ pub fn hint(plan: &Plan, entry: &ScenePlan, key: &SceneKey, out: &Path) -> Optio
 /// The contents of the scene that the runs in a folder are of, by the first that says it.
 fn contents(folder: &Path) -> Option<String> {
     let runs = folders(folder).into_iter().map(|estimator| estimator.join(image_file(0)));
-    runs.filter(|run| run.is_file()).find_map(|run| text_of(&run, SCENE_CONTENTS))
-}
-
-/// A text in the header of an EXR; its pixels are not read. None where there is none, or the file is damaged.
-fn text_of(path: &Path, key: &str) -> Option<String> {
-    // The crate answers some damaged files with a panic.
-    let header = catch_unwind(|| MetaData::read_from_file(path, false)).ok()?.ok()?;
-    let own = header
-        .headers
-        .into_iter()
-        .flat_map(|h| h.own_attributes.other.into_iter().chain(h.shared_attributes.other));
-    own.filter(|(name, _)| *name == *key).find_map(|(_, value)| match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        _ => None,
-    })
+    runs.filter(|run| run.is_file()).find_map(|run| read_text(&run, SCENE_CONTENTS))
 }
 
 /// The folders in a folder, in order.

@@ -325,21 +325,23 @@ impl Band<'_> {
         self.sums.expect_pixel(pixel);
     }
 
-    /// Takes splats, which fall on the band's pixels in no order. All of an iteration at once, before pixels are settled.
-    pub fn record_splats<'b>(&mut self, splats: impl Iterator<Item = &'b Splat> + Clone) {
-        // What a splat is added to is asked for so many splats before.
+    /// Takes splats, which fall on the band's pixels in no order. All of an iteration, in a few calls, before pixels are settled.
+    pub fn record_splats(&mut self, splats: &[Splat]) {
+        // What a splat is added to beside the band's own sums, which are at hand, is asked for so many splats before.
         const AHEAD: usize = 16;
         let Some(family) = self.layout.family(Technique::Lens) else { return };
         let layers = self.layout.has_layers();
-        let mut coming = splats.clone().skip(AHEAD);
-        for splat in splats {
-            self.splatted = true;
-            if let Some(next) = coming.next() {
-                let (pixel, sample) = next.sample();
-                prefetch(self.splats, pixel);
-                if layers {
-                    self.sums.expect(pixel, family, self.layout.pair(sample.s, sample.t));
-                }
+        let expect = |sums: &Part, next: &Splat| {
+            let (pixel, sample) = next.sample();
+            sums.expect(pixel, family, self.layout.pair(sample.s, sample.t));
+        };
+        if layers {
+            splats.iter().take(AHEAD).for_each(|next| expect(&self.sums, next));
+        }
+        self.splatted |= !splats.is_empty();
+        for (i, splat) in splats.iter().enumerate() {
+            if layers && let Some(next) = splats.get(i + AHEAD) {
+                expect(&self.sums, next);
             }
             let (pixel, sample) = splat.sample();
             if let Some(weighted) = self.checked(&sample) {

@@ -10,6 +10,7 @@ use super::output::write_atomically;
 use crate::error::{Error, Result};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatImage, FlatSamples, Layer as Part};
 use exr::math::Vec2;
+use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{Compression, ReadChannels, ReadLayers, WritableImage};
@@ -107,6 +108,22 @@ pub fn read_layers(path: impl AsRef<Path>) -> Result<LayeredImage> {
         full_size: file.full_size,
         layers: file.layers,
         metadata: file.metadata,
+    })
+}
+
+/// A string attribute of the EXR file at `path`, of which no pixel is read; `None` where it has none of this name, and where the
+/// file is missing or its header damaged.
+pub fn read_text(path: impl AsRef<Path>, name: &str) -> Option<String> {
+    let path = path.as_ref();
+    // As where pixels are read: some damaged files are answered with a panic.
+    let meta = catch_unwind(|| MetaData::read_from_file(path, false)).ok()?.ok()?;
+    let headers = meta.headers.into_iter();
+    let attributes =
+        headers.flat_map(|h| h.own_attributes.other.into_iter().chain(h.shared_attributes.other));
+    let mut texts = attributes.filter(|(key, _)| *key == *name).map(|(_, value)| value);
+    texts.find_map(|value| match value {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
     })
 }
 
@@ -253,7 +270,7 @@ fn damage(error: &exr::error::Error) -> String {
 /// them. No compression of the format gains more than deflate's 1032 to 1, but for blocks that are all one
 /// value; 4096 leaves room for these.
 fn check_claimed_size(bytes: &[u8]) -> Result<(), String> {
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| damage(&e))?;
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| damage(&e))?;
     let claimed = meta.headers.iter().fold(0u128, |sum, header| {
         let pixels = header.layer_size.0 as u128 * header.layer_size.1 as u128;
         sum.saturating_add(pixels.saturating_mul(u128::from(header.channels.bytes_per_pixel as u64)))

@@ -40,6 +40,26 @@ fn what_is_written_is_read_bit_for_bit() {
 
 /// The channels of the largest samples say what they are; files of before, where they are R, G and B, are read as well.
 #[test]
+fn a_text_is_read_without_the_pixels() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.exr");
+    let image = sample();
+    write(&path, &image).unwrap();
+    let (name, text) = image.metadata[0].clone();
+    assert_eq!(read_text(&path, &name), Some(text.clone()));
+    assert_eq!(read_text(&path, "nothing.of.the.kind"), None);
+    // What is cut short behind the header has it still.
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 16]).unwrap();
+    assert_eq!(read_text(&path, &name), Some(text));
+    for kept in [0, 3, 100] {
+        std::fs::write(&path, &bytes[..kept]).unwrap();
+        assert_eq!(read_text(&path, &name), None, "{kept} bytes");
+    }
+    assert_eq!(read_text(dir.path().join("b.exr"), &name), None);
+}
+
+#[test]
 fn outliers_are_read_by_both_their_names() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.exr");

@@ -163,7 +163,7 @@ impl<'a> Renderer<'a> {
         let passes = std::slice::from_ref(&pass);
         film.iterate(1, |band| {
             let index = band.index;
-            band.record_splats(chunks.iter().flat_map(|chunk| &chunk.splats[index]));
+            chunks.iter().for_each(|chunk| band.record_splats(&chunk.splats[index]));
             if camera {
                 trace_band(scene, passes, chunks, photons.as_ref(), origin, band);
             }

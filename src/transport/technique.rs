@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn wrong_names_are_refused_with_the_nearest() {
-        assert!(TechniqueSet::parse(["bpd"]).unwrap_err().to_string().contains("'bpt'"));
+        assert!(TechniqueSet::parse(["btp"]).unwrap_err().to_string().contains("'bpt'"));
         assert!(TechniqueSet::parse(["nee", "nee"]).unwrap_err().to_string().contains("twice"));
         assert!(TechniqueSet::parse([]).is_err());
     }
