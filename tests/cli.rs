@@ -25,7 +25,7 @@ fn bad_command_lines_end_in_one_message() {
         ("render small --time 0s", &["--time", "30s"]),
         ("render small --size 12", &["--size", "640x480"]),
         ("render small --threads 0", &["--threads"]),
-        ("render small --estimator bpd", &["'bpd'", "did you mean 'bpt'", "pt, lt, bpt"]),
+        ("render small --estimator btp", &["'btp'", "did you mean 'bpt'", "pt, lt, bpt"]),
         ("render small --techniques nee,lense", &["'lense'", "did you mean 'lens'"]),
         ("render small --techniques nee,nee", &["twice"]),
         ("render small --max-length 0", &["maximum path length is 0"]),

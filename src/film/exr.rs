@@ -117,14 +117,11 @@ pub fn read_text(path: impl AsRef<Path>, name: &str) -> Option<String> {
     let path = path.as_ref();
     // As where pixels are read: some damaged files are answered with a panic.
     let meta = catch_unwind(|| MetaData::read_from_file(path, false)).ok()?.ok()?;
-    let headers = meta.headers.into_iter();
-    let attributes =
-        headers.flat_map(|h| h.own_attributes.other.into_iter().chain(h.shared_attributes.other));
-    let mut texts = attributes.filter(|(key, _)| *key == *name).map(|(_, value)| value);
-    texts.find_map(|value| match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        _ => None,
-    })
+    let mut attributes = meta
+        .headers
+        .iter()
+        .flat_map(|h| texts(&h.own_attributes.other).chain(texts(&h.shared_attributes.other)));
+    attributes.find(|(key, _)| key == name).map(|(_, text)| text)
 }
 
 /// Writes `image` to `path`, replacing it only when all is written. Lossless: every layer in 32-bit floats,
