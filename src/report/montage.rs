@@ -135,7 +135,7 @@ impl Montage {
         let mut y = FREE.gap;
         for (row, line) in self.rows.iter().zip(&lines) {
             for (i, name) in row.name.split('\n').filter(|n| !n.is_empty()).enumerate() {
-                let y = y + 0.5 * line.image(&FREE) + FREE.line * i as f64;
+                let y = y + 0.5 * line.image() + FREE.line * i as f64;
                 let shown = face::shortened(name, room, FREE.font);
                 names.leaf("text", &[("x", &FREE.gap), ("y", &y)], shown);
             }
@@ -193,15 +193,19 @@ impl Line<'_> {
         if self.heading.is_empty() { 0.0 } else { style.line * self.heading.len() as f64 + 0.3 * style.font }
     }
 
-    /// Height of the highest image.
-    fn image(&self, _: &Style) -> f64 {
-        self.tiles.iter().map(|t| t.height(self.tile_width)).fold(0.0, f64::max)
+    /// Height of the highest image; places without one are as high.
+    fn image(&self) -> f64 {
+        self.tiles
+            .iter()
+            .filter_map(|t| t.height(self.tile_width))
+            .reduce(f64::max)
+            .unwrap_or(self.tile_width)
     }
 
     /// Of all: heading, images, and the lines under them.
     fn height(&self, style: &Style) -> f64 {
         let lines = self.tiles.iter().map(|t| t.lines(self.tile_width, style).len() as f64);
-        self.heading_height(style) + self.image(style) + style.line * lines.fold(0.0, f64::max) + style.gap
+        self.heading_height(style) + self.image() + style.line * lines.fold(0.0, f64::max) + style.gap
     }
 
     fn draw(&self, m: &mut Markup, style: &Style, y: f64) {
@@ -212,14 +216,15 @@ impl Line<'_> {
         let y = y + self.heading_height(style);
         for (i, tile) in self.tiles.iter().enumerate() {
             let x = self.left + (self.tile_width + style.gap) * i as f64;
-            tile.draw(m, style, [x, y], [self.tile_width, self.image(style)]);
+            tile.draw(m, style, [x, y], [self.tile_width, self.image()]);
         }
     }
 }
 
 impl Tile {
-    fn height(&self, width: f64) -> f64 {
-        self.picture.as_ref().map_or(width, |p| width * p.height as f64 / p.width as f64)
+    /// Of the image, if there is one.
+    fn height(&self, width: f64) -> Option<f64> {
+        self.picture.as_ref().map(|p| width * p.height as f64 / p.width as f64)
     }
 
     /// What is written under the image, in lines no wider than it.
@@ -232,7 +237,7 @@ impl Tile {
     }
 
     fn draw(&self, m: &mut Markup, style: &Style, [x, y]: [f64; 2], [width, row_image]: [f64; 2]) {
-        let height = self.height(width);
+        let height = self.height(width).unwrap_or(row_image);
         match &self.picture {
             Some(p) => image(m, p, [x, y, width, height], self.pixelated),
             None => frame(m, [x, y, width, height], Ink::Paper.color(Role::Grid), style.pen),
@@ -307,6 +312,7 @@ mod tests {
         assert_eq!(imbalance(&svg), None);
         assert_eq!(svg.matches("<image").count(), 4);
         assert_eq!(svg.matches("s &amp; t").count(), 6);
+        assert_eq!(svg.matches("height=\"50\"").count(), 6, "places without an image are as high: {svg}");
     }
 
     #[test]
