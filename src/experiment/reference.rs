@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr;
 use crate::render::files::{MADE_BY, PROGRAM, RENDERING, Resolved, VARIANCE, layered, prepare_folder};
-use crate::render::{Budget, Job, Observer, Stop};
+use crate::render::{Budget, Job, Observer, Spent, Stop};
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
@@ -147,7 +147,7 @@ impl Maker<'_> {
         let mut sum = Sum::new(film_size(scene));
         self.add_blocks(dir, &mut sum)?;
         let there = sum.iterations;
-        let needed = budget.goes_on(sum.iterations, sum.seconds) && !self.frozen;
+        let needed = budget.goes_on(Spent::new(sum.iterations, sum.seconds)) && !self.frozen;
         if needed {
             let added = if there > 0 { format!(", {there} spp are there") } else { String::new() };
             self.observer.begin(&format!("{}: reference ({}{added})", plan.key, settings.techniques), budget);
@@ -178,7 +178,7 @@ impl Maker<'_> {
                 .zip([PROGRAM.to_owned(), RENDERING.to_owned(), making.resolved.json()])
                 .map(|(key, text)| (key.to_owned(), text))
                 .collect(),
-            partial: budget.goes_on(sum.iterations, sum.seconds),
+            partial: budget.goes_on(Spent::new(sum.iterations, sum.seconds)),
             noise: Noise::default(),
         })
     }
@@ -214,7 +214,7 @@ impl Maker<'_> {
     }
 
     fn extend(&mut self, sum: &mut Sum, scene: &Scene, making: &Making) -> Result<()> {
-        while making.budget.goes_on(sum.iterations, sum.seconds) && !self.stop.requested() {
+        while making.budget.goes_on(Spent::new(sum.iterations, sum.seconds)) && !self.stop.requested() {
             let count = next_block(sum.iterations, sum.seconds, sum.pixels(), making.budget);
             let before = (sum.iterations, sum.seconds);
             let Some(block) = making.block(scene, before, count, self.stop, self.observer)? else { break };
@@ -489,7 +489,7 @@ mod tests {
         for (spp, pixels) in [(1, 64), (15, 64), (100, 64), (5000, 512 * 512)] {
             let mut sum = Sum::new((pixels, 1));
             let mut lengths = Vec::new();
-            while Budget::Spp(spp).goes_on(sum.iterations, 0.0) {
+            while Budget::Spp(spp).goes_on(Spent::new(sum.iterations, 0.0)) {
                 let count = next_block(sum.iterations, 0.0, pixels, Budget::Spp(spp));
                 assert!(count >= 1 && (count <= 16 || count * pixels as u64 <= LONGEST_BLOCK));
                 lengths.push(count);
@@ -507,7 +507,7 @@ mod tests {
         {
             let (limit, pixels) = (100.0, 19_200);
             let (mut done, mut seconds, mut blocks) = (0, 0.0, 0);
-            while Budget::Seconds(limit).goes_on(done, seconds) {
+            while Budget::Seconds(limit).goes_on(Spent::new(done, seconds)) {
                 let count = next_block(done, seconds, pixels, Budget::Seconds(limit));
                 for _ in 0..count {
                     seconds += 0.05 * if seconds < change * limit { before } else { after };

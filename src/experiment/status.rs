@@ -7,7 +7,7 @@ use super::reference::{Maker, Making};
 use super::run::{clock, load_scenes};
 use super::store::{COSTS, FOLDER, SceneKey, Unit, is_busy};
 use crate::error::Result;
-use crate::render::{Budget, Silent, Stop};
+use crate::render::{Budget, Silent, Spent, Stop};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -134,7 +134,7 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
 fn reference(scene: &str, making: &Making) -> ReferenceRow {
     let budget = making.budget();
     let (iterations, seconds) = making.there();
-    let done = !budget.goes_on(iterations, seconds);
+    let done = !budget.goes_on(Spent::new(iterations, seconds));
     let left =
         if done { Some(0.0) } else { left_of(budget, (iterations, seconds), seconds / iterations as f64) };
     let busy = is_busy(making.folder());

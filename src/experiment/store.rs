@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::film::output::write_atomically;
 use crate::film::{Dropped, Film, Image, Planes};
 use crate::render::files::{RENDERING, Resolved, prepare_folder};
-use crate::render::{Budget, Outcome};
+use crate::render::{Budget, Outcome, Spent};
 use crate::scene::Scene;
 use crate::transport::settings::Settings;
 use crate::transport::technique::Technique;
@@ -278,39 +278,43 @@ impl Unit {
 impl Header {
     /// Whether a run with this budget comes by this state.
     fn serves(&self, budget: Budget) -> bool {
-        let (iterations, seconds) = (self.iterations, self.seconds);
         if self.is_done(budget) {
             return true;
         }
+        let spent = self.spent();
         // Where the error ended it, it may have been reached long before; where the bounds did, it was not.
-        let unreached = self.ended.is_none_or(|old| !old.goes_on(iterations, seconds));
+        let unreached = self.ended.is_none_or(|old| !old.goes_on(spent));
         match budget {
-            Budget::Spp(spp) => iterations <= spp,
-            Budget::Seconds(_) => budget.goes_on(iterations, seconds),
-            Budget::RelMse { .. } => unreached && budget.goes_on(iterations, seconds),
+            Budget::Spp(spp) => self.iterations <= spp,
+            Budget::Seconds(_) => budget.goes_on(spent),
+            Budget::RelMse { .. } => unreached && budget.goes_on(spent),
         }
     }
 
     /// Whether a run with this budget ends with this state.
     pub fn is_done(&self, budget: Budget) -> bool {
-        ends(self.ended, budget, self.iterations, self.seconds)
+        ends(self.ended, budget, self.spent())
+    }
+
+    fn spent(&self) -> Spent {
+        Spent { iterations: self.iterations, seconds: self.seconds, setup: self.setup }
     }
 }
 
 impl State {
     /// Whether a run with this budget ends with this state.
     pub fn is_done(&self, budget: Budget) -> bool {
-        ends(self.ended, budget, self.outcome.film.iterations(), self.outcome.seconds)
+        ends(self.ended, budget, self.outcome.spent())
     }
 }
 
-/// Whether a budget ends where `ended` did, after so many iterations and seconds.
-fn ends(ended: Option<Budget>, budget: Budget, iterations: u64, seconds: f64) -> bool {
+/// Whether a budget ends where `ended` did, after what was spent.
+fn ends(ended: Option<Budget>, budget: Budget, spent: Spent) -> bool {
     match (ended, budget) {
-        (_, Budget::Spp(spp)) => spp == iterations,
+        (_, Budget::Spp(spp)) => spp == spent.iterations,
         (Some(old @ Budget::RelMse { target: a, .. }), Budget::RelMse { target: b, .. }) => {
             // The same, or both short of their bounds: then the error was reached.
-            old == budget || a == b && old.goes_on(iterations, seconds) && budget.goes_on(iterations, seconds)
+            old == budget || a == b && old.goes_on(spent) && budget.goes_on(spent)
         }
         (ended, _) => ended == Some(budget),
     }

@@ -1,7 +1,7 @@
 //! The loop around the iterations.
 
 use super::waits::waited;
-use super::{Budget, Observer, Stop};
+use super::{Budget, Observer, Spent, Stop};
 use crate::error::Result;
 use crate::film::Film;
 use crate::scene::Scene;
@@ -57,13 +57,13 @@ impl Job<'_> {
     pub fn run(&self, stop: &Stop, observer: &mut dyn Observer) -> Result<Outcome> {
         let mut engine = Engine::new(self.scene, self.settings)?;
         let mut outcome = engine.nothing_yet();
-        while self.budget.goes_on(outcome.film.iterations(), outcome.seconds) {
+        while self.budget.goes_on(outcome.spent()) {
             if stop.requested() {
                 outcome.partial = true;
                 break;
             }
             let done = outcome.film.iterations();
-            engine.iterations(self.first + done, self.budget.room(done, outcome.seconds), &mut outcome);
+            engine.iterations(self.first + done, self.budget.room(outcome.spent()), &mut outcome);
             observer.advance(outcome.film.iterations(), outcome.seconds);
             observer.look(&|| outcome.film.clone());
         }
@@ -146,6 +146,11 @@ impl<'a> Engine<'a> {
 }
 
 impl Outcome {
+    /// What it used up.
+    pub fn spent(&self) -> Spent {
+        Spent { iterations: self.film.iterations(), seconds: self.seconds, setup: self.setup }
+    }
+
     /// Adds the iterations of `later`, which come after those of this one; `later` is left with none and with no time.
     pub fn append(&mut self, later: &mut Self) {
         self.film.append(&later.film);

@@ -10,6 +10,6 @@ pub mod observer;
 pub mod tev;
 pub mod waits;
 
-pub use budget::{Budget, Stop};
+pub use budget::{Budget, Spent, Stop};
 pub use job::{Engine, Job, LEFT_OUT, Outcome};
 pub use observer::{Observer, Silent};
