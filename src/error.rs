@@ -67,6 +67,11 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, _, k)| k)
 }
 
+/// "; did you mean `…`?" after what is wrong with a name; nothing where none was meant.
+pub fn did_you_mean(meant: Option<impl std::fmt::Display>) -> String {
+    meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"))
+}
+
 /// Of a path that leads nowhere, what the first part that is not there was probably meant to be: the nearest name in the
 /// folder where it is missing, with which the path leads somewhere.
 pub fn nearest_on_disk(path: &Path) -> Option<String> {

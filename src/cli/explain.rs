@@ -9,7 +9,9 @@ use crate::error::{Error, Result};
 use crate::experiment::store::{SceneKey, is_image_file};
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
-use crate::render::files::{OUTLIERS, REFERENCE, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE};
+use crate::render::files::{
+    OUTLIERS, REFERENCE, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE, entries,
+};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
 use crate::transport::settings::Settings;
@@ -146,15 +148,6 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
     }
     print(words)?;
     Ok(ending)
-}
-
-/// What is in a folder, in order.
-fn entries(folder: &Path) -> Vec<PathBuf> {
-    let here = if folder == Path::new("") { Path::new(".") } else { folder };
-    let found = std::fs::read_dir(here).into_iter().flatten().flatten();
-    let mut entries: Vec<PathBuf> = found.map(|entry| folder.join(entry.file_name())).collect();
-    entries.sort();
-    entries
 }
 
 /// The runs in the folder of an estimator, in order.

@@ -2,6 +2,7 @@
 
 use crate::film::Image;
 use crate::film::exr::LayeredImage;
+use crate::render::Spent;
 use crate::render::files::VARIANCE;
 
 /// Some iterations of a render.
@@ -46,6 +47,11 @@ impl Sum {
     /// How many pixels it has.
     pub fn pixels(&self) -> usize {
         self.mean.len()
+    }
+
+    /// What its blocks used up.
+    pub fn spent(&self) -> Spent {
+        Spent::new(self.iterations, self.seconds)
     }
 
     /// Adds a block.

@@ -479,14 +479,13 @@ impl<'a> SceneContext<'a> {
             && (cell.seconds.mean / limit - 1.0).abs() > TIME_TOLERANCE
             && !cell.runs.iter().any(|r| r.partial)
         {
-            let (mean, spp) = (cell.seconds.mean, cell.spp.mean);
-            let setup = cell.runs.iter().map(|r| r.setup).sum::<f64>() / cell.runs.len() as f64;
-            let why = if setup > 0.5 * limit {
-                format!("their pilots alone took {setup:.3} s")
-            } else {
-                "an iteration is a long part of that".to_owned()
+            let (taken, spp) = (cell.seconds.mean, cell.spp.mean);
+            let setups: Vec<f64> = cell.runs.iter().map(|r| r.setup).collect();
+            let why = match mean(&setups) {
+                Some(setup) if setup > 0.5 * limit => format!("their pilots alone took {setup:.3} s"),
+                _ => "an iteration is a long part of that".to_owned(),
             };
-            warnings.push(format!("runs took {mean:.3} s and not {limit} s: {why} ({spp:.0} spp)"));
+            warnings.push(format!("runs took {taken:.3} s and not {limit} s: {why} ({spp:.0} spp)"));
         }
         if let Some(truth) = self.truth {
             self.warn_of_reference(truth, estimator, cell, &mut warnings);

@@ -3,7 +3,7 @@
 use super::plan::{Plan, ScenePlan};
 use super::store::{SceneKey, image_file};
 use crate::film::exr::read_text;
-use crate::render::files::SCENE_CONTENTS;
+use crate::render::files::{SCENE_CONTENTS, entries};
 use std::path::{Path, PathBuf};
 
 /// Says under which name there are runs of a scene with these contents in the folder of results, where there are none under its own
@@ -31,8 +31,7 @@ fn contents(folder: &Path) -> Option<String> {
 
 /// The folders in a folder, in order.
 fn folders(dir: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(dir).into_iter().flatten().flatten();
-    let mut folders: Vec<PathBuf> = entries.map(|e| e.path()).filter(|p| p.is_dir()).collect();
-    folders.sort();
-    folders
+    let mut found = entries(dir);
+    found.retain(|path| path.is_dir());
+    found
 }

@@ -3,7 +3,7 @@
 //! Keys are dotted paths, such as `runs`, `budget.spp` or `estimator.bpt.max_length`; entries of `[[scene]]` and
 //! `[[estimator]]` go by their name, or by number from 0. Values are TOML; what is not is taken for a text.
 
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result, did_you_mean, nearest};
 use toml::{Table, Value};
 
 /// Keys of which a table may hold only one: setting one takes the others out.
@@ -108,8 +108,7 @@ fn entry(array: &[Value], part: &str) -> Result<usize, String> {
     if let Some(index) = part.parse().ok().filter(|index| *index < array.len()) {
         return Ok(index);
     }
-    let hint =
-        nearest(part, names.iter().copied()).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+    let hint = did_you_mean(nearest(part, names.iter().copied()));
     Err(format!("there is no entry `{part}`: there are {} ({}){hint}", array.len(), names.join(", ")))
 }
 

@@ -16,8 +16,8 @@ use super::store::{self, SceneKey};
 use crate::error::{Error, Result};
 use crate::film::Image;
 use crate::film::exr;
-use crate::render::files::{MADE_BY, PROGRAM, RENDERING, Resolved, VARIANCE, layered, prepare_folder};
-use crate::render::{Budget, Job, Observer, Spent, Stop};
+use crate::render::files::{MADE_BY, RENDERING, Resolved, VARIANCE, layered, made_by, prepare_folder};
+use crate::render::{Budget, Job, Observer, Stop};
 use crate::scene::Scene;
 use crate::transport::expression::Expression;
 use crate::transport::settings::Settings;
@@ -147,7 +147,7 @@ impl Maker<'_> {
         let mut sum = Sum::new(film_size(scene));
         self.add_blocks(dir, &mut sum)?;
         let there = sum.iterations;
-        let needed = budget.goes_on(Spent::new(sum.iterations, sum.seconds)) && !self.frozen;
+        let needed = budget.goes_on(sum.spent()) && !self.frozen;
         if needed {
             let added = if there > 0 { format!(", {there} spp are there") } else { String::new() };
             self.observer.begin(&format!("{}: reference ({}{added})", plan.key, settings.techniques), budget);
@@ -173,12 +173,8 @@ impl Maker<'_> {
             lengths: Lengths { min: Some(settings.min_length), max: Some(settings.max_length) },
             paths: Some(settings.paths),
             seed: Some(settings.seed),
-            made_by: MADE_BY
-                .into_iter()
-                .zip([PROGRAM.to_owned(), RENDERING.to_owned(), making.resolved.json()])
-                .map(|(key, text)| (key.to_owned(), text))
-                .collect(),
-            partial: budget.goes_on(Spent::new(sum.iterations, sum.seconds)),
+            made_by: made_by(&making.resolved),
+            partial: budget.goes_on(sum.spent()),
             noise: Noise::default(),
         })
     }
@@ -214,7 +210,7 @@ impl Maker<'_> {
     }
 
     fn extend(&mut self, sum: &mut Sum, scene: &Scene, making: &Making) -> Result<()> {
-        while making.budget.goes_on(Spent::new(sum.iterations, sum.seconds)) && !self.stop.requested() {
+        while making.budget.goes_on(sum.spent()) && !self.stop.requested() {
             let count = next_block(sum.iterations, sum.seconds, sum.pixels(), making.budget);
             let before = (sum.iterations, sum.seconds);
             let Some(block) = making.block(scene, before, count, self.stop, self.observer)? else { break };
@@ -483,13 +479,14 @@ fn read_file(path: &Path, shown: &str, scene: &Scene) -> Result<Truth> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Spent;
 
     #[test]
     fn block_lengths_cover_the_budget() {
         for (spp, pixels) in [(1, 64), (15, 64), (100, 64), (5000, 512 * 512)] {
             let mut sum = Sum::new((pixels, 1));
             let mut lengths = Vec::new();
-            while Budget::Spp(spp).goes_on(Spent::new(sum.iterations, 0.0)) {
+            while Budget::Spp(spp).goes_on(sum.spent()) {
                 let count = next_block(sum.iterations, 0.0, pixels, Budget::Spp(spp));
                 assert!(count >= 1 && (count <= 16 || count * pixels as u64 <= LONGEST_BLOCK));
                 lengths.push(count);

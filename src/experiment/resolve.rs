@@ -4,7 +4,7 @@ use super::file::{BudgetDef, EstimatorDef, ExperimentFile, HeuristicDef, Referen
 use super::metrics::Metric;
 use super::plan::{EstimatorPlan, Lengths, Plan, ReferencePlan, ScenePlan};
 use super::results::{Crop, Figures, Origin};
-use crate::error::{Error, Result, nearest_on_disk};
+use crate::error::{Error, Result, did_you_mean, nearest_on_disk};
 use crate::render::Budget;
 use crate::scene::file::source::{Source, Span};
 use crate::scene::file::values::Count;
@@ -331,8 +331,8 @@ impl Resolver<'_> {
         let named = self.source.folder().join(file);
         let path = crate::scene::file::resolve(&named).map_err(|e| {
             let mut message = e.to_string();
-            if let Some(meant) = self.scene_meant(file).filter(|_| !message.contains("did you mean")) {
-                message.push_str(&format!("; did you mean `{meant}`?"));
+            if !message.contains("did you mean") {
+                message.push_str(&did_you_mean(self.scene_meant(file)));
             }
             self.source.error(def.file.span(), message)
         })?;
@@ -401,8 +401,7 @@ impl Resolver<'_> {
             }
             let path = self.source.folder().join(file.get_ref());
             if !path.is_file() {
-                let meant =
-                    nearest_on_disk(&path).map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+                let meant = did_you_mean(nearest_on_disk(&path));
                 let message = format!("there is no reference image `{}`{meant}", path.display());
                 return Err(self.source.error(file.span(), message));
             }

@@ -13,7 +13,7 @@ use super::store::{Held, Snapshot, State, Unit};
 use crate::error::Result;
 use crate::film::{Film, Image};
 use crate::render::files::Resolved;
-use crate::render::{Budget, Engine, Observer, Outcome, Spent, Stop};
+use crate::render::{Budget, Engine, Observer, Outcome, Stop};
 use crate::scene::Scene;
 use crate::transport::settings::Settings;
 use std::time::Instant;
@@ -225,7 +225,7 @@ impl<'a> Work<'a> {
                 return Ok(state);
             }
             let at = state.outcome.film.iterations() + block.film.iterations();
-            let room = self.budget.room(spent(&state.outcome, &block));
+            let room = self.budget.room(state.outcome.spent() + block.spent());
             let most = room.min(until_snapshot(at)).min(block_end(at, pixels) - at);
             engine.iterations(at, most, &mut block);
             let done = state.outcome.film.iterations() + block.film.iterations();
@@ -256,7 +256,7 @@ impl<'a> Work<'a> {
     }
 
     fn goes_on(&self, before: &Outcome, block: &Outcome) -> bool {
-        self.budget.goes_on(spent(before, block))
+        self.budget.goes_on(before.spent() + block.spent())
     }
 
     /// Whether the relMSE is reached that ends it.
@@ -267,16 +267,6 @@ impl<'a> Work<'a> {
             return Ok(false);
         }
         Ok(relmse(&before.film.image_with(&block.film), truth)? <= target)
-    }
-}
-
-/// What a run used up, of which `block` is not yet a part.
-fn spent(before: &Outcome, block: &Outcome) -> Spent {
-    let (a, b) = (before.spent(), block.spent());
-    Spent {
-        iterations: a.iterations + b.iterations,
-        seconds: a.seconds + b.seconds,
-        setup: a.setup + b.setup,
     }
 }
 

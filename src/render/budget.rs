@@ -1,6 +1,7 @@
 //! When a render ends.
 
 use serde::{Deserialize, Serialize};
+use std::ops::Add;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -44,6 +45,18 @@ impl Spent {
     /// Seconds an iteration; not a number before the first.
     fn pace(self) -> f64 {
         (self.seconds - self.setup).max(0.0) / self.iterations as f64
+    }
+}
+
+impl Add for Spent {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            iterations: self.iterations + other.iterations,
+            seconds: self.seconds + other.seconds,
+            setup: self.setup + other.setup,
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::transport::settings::{Connections, Heuristic, Layers, LightStarts, Se
 use crate::transport::technique::{Technique, TechniqueSet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name of the layer with the variance of the default layer's pixels.
 pub const VARIANCE: &str = "variance";
@@ -224,13 +224,16 @@ pub fn origin(scene: &Path, contents: &str) -> [(String, String); 2] {
         .map(|(key, text)| (key.to_owned(), text))
 }
 
+/// [`MADE_BY`] of what this program renders with these settings.
+pub fn made_by(resolved: &Resolved) -> Vec<(String, String)> {
+    let texts = [PROGRAM.to_owned(), RENDERING.to_owned(), resolved.json()];
+    MADE_BY.into_iter().map(str::to_owned).zip(texts).collect()
+}
+
 /// How a render was made, as an EXR's string attributes.
 fn metadata(resolved: &Resolved, settings: &Settings, outcome: &Outcome) -> Vec<(String, String)> {
     let dropped = serde_json::to_string(&dropped(&outcome.film)).expect("a map of numbers has a JSON form");
     let entries = [
-        ("version", PROGRAM.to_owned()),
-        ("rendering", RENDERING.to_owned()),
-        ("settings", resolved.json()),
         ("seed", settings.seed.to_string()),
         ("iterations", outcome.film.iterations().to_string()),
         ("seconds", format!("{:.6}", outcome.seconds)),
@@ -248,7 +251,17 @@ fn metadata(resolved: &Resolved, settings: &Settings, outcome: &Outcome) -> Vec<
         ),
         ("partial", outcome.partial.to_string()),
     ];
-    entries.into_iter().map(|(key, text)| (format!("tyndall.{key}"), text)).collect()
+    let entries = entries.into_iter().map(|(key, text)| (format!("tyndall.{key}"), text));
+    made_by(resolved).into_iter().chain(entries).collect()
+}
+
+/// What is in a folder, in order; nothing where it cannot be read.
+pub fn entries(folder: &Path) -> Vec<PathBuf> {
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let found = std::fs::read_dir(here).into_iter().flatten().flatten();
+    let mut entries: Vec<PathBuf> = found.map(|entry| folder.join(entry.file_name())).collect();
+    entries.sort();
+    entries
 }
 
 /// Makes a folder, and those above it, unless they are there; and sees whether files can be made in it.

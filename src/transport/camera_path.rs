@@ -12,7 +12,7 @@ use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::{Ray, shadow_ray_along};
 use crate::light::LightPoint;
-use crate::math::{Rgb, Stream, choose};
+use crate::math::{Rgb, Stream};
 use crate::medium::Passage;
 use crate::scene::{Inside, Scene};
 use glam::UVec2;
@@ -365,9 +365,11 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
 
     #[inline]
     fn count(&self, flight: &Flight, place: &Place) -> f32 {
-        // As many edges as a subpath has nothing can foretell.
-        let connect = self.connect * self.raise(flight.share * self.pass.share(place));
-        choose(flight.length == 0, self.lens, connect)
+        if flight.length == 0 {
+            self.lens
+        } else {
+            self.connect * self.raise(flight.share * self.pass.share(place))
+        }
     }
 
     #[inline]

@@ -4,7 +4,7 @@
 
 use super::schema::*;
 use super::values::*;
-use crate::error::nearest;
+use crate::error::{did_you_mean, nearest};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
@@ -128,7 +128,7 @@ impl<'de> Deserialize<'de> for PhaseDef {
                     "rayleigh" => Ok(PhaseDef::Rayleigh),
                     _ => {
                         let meant = nearest(name, NAMES);
-                        let hint = meant.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+                        let hint = did_you_mean(meant);
                         let expected: &dyn de::Expected = &self;
                         let message =
                             format!("there is no phase function `{name}`: expected {expected}{hint}");

@@ -1,6 +1,6 @@
 //! The text of a file with what it takes to point into it: every error names file, line and column.
 
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result, did_you_mean, nearest};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -143,8 +143,7 @@ pub fn allowed(what: &str, name: &str, known: &[&str]) -> String {
         return format!("no {what} is defined");
     }
     let list: Vec<String> = known.iter().map(|k| format!("`{k}`")).collect();
-    let meant =
-        nearest(name, known.iter().copied()).map_or(String::new(), |k| format!("; did you mean `{k}`?"));
+    let meant = did_you_mean(nearest(name, known.iter().copied()));
     format!("known: {}{meant}", list.join(", "))
 }
 
@@ -160,9 +159,7 @@ fn single_header<'a>(message: &str, text: &'a str) -> Option<&'a str> {
 /// serde's words for what is wrong as someone who writes TOML would have them, and which name was probably meant.
 pub fn explained(message: &str) -> String {
     let mut message = in_words(message);
-    if let Some(meant) = nearest_of_message(&message) {
-        message.push_str(&format!("; did you mean `{meant}`?"));
-    }
+    message.push_str(&did_you_mean(nearest_of_message(&message)));
     message
 }
 

@@ -2,7 +2,7 @@
 //! enough to know which positions a word can start with, end with, and have after one another.
 
 use super::Label;
-use crate::error::nearest;
+use crate::error::{did_you_mean, nearest};
 use std::iter::Peekable;
 use std::vec::IntoIter;
 
@@ -81,7 +81,7 @@ pub(super) fn hint<'a>(text: &str, names: impl Iterator<Item = &'a str>) -> Stri
     }
     let names: Vec<&str> = names.collect();
     let meant = nearest(name, names.iter().copied());
-    let meant = meant.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+    let meant = did_you_mean(meant);
     format!(" (names: {}{meant})", names.join(", "))
 }
 

@@ -1,7 +1,7 @@
 //! Mitsuba's named materials: indices of refraction.
 
 use super::tree::Element;
-use crate::error::{Result, nearest};
+use crate::error::{Result, did_you_mean, nearest};
 
 /// Dielectrics at 589 nm and room temperature, by the names that scene files use.
 const DIELECTRICS: [(&str, f64); 23] = [
@@ -76,7 +76,7 @@ pub(super) fn index(element: &Element, name: &str, default: &str) -> Result<f64>
     let text = value.required("value")?;
     named(&text.to_ascii_lowercase()).ok_or_else(|| {
         let meant = nearest(text, DIELECTRICS.iter().map(|(n, _)| *n));
-        let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+        let hint = did_you_mean(meant);
         value.error(format!("there is no dielectric `{text}`{hint}"))
     })
 }
@@ -90,7 +90,7 @@ pub(super) fn conductor(element: &Element, name: &str) -> Result<([f64; 3], [f64
     let found = CONDUCTORS.iter().find(|(n, ..)| n.eq_ignore_ascii_case(name));
     found.map(|(_, eta, k)| (*eta, *k)).ok_or_else(|| {
         let meant = nearest(name, CONDUCTORS.iter().map(|(n, ..)| *n));
-        let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+        let hint = did_you_mean(meant);
         let known: Vec<&str> = CONDUCTORS.iter().map(|(n, ..)| *n).collect();
         element.error(format!("there is no conductor `{name}`: none, {}{hint}", known.join(", ")))
     })

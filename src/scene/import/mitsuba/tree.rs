@@ -1,7 +1,7 @@
 //! The elements of a scene and of the files that it includes, with parameters filled in.
 
 use super::super::Place;
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result, did_you_mean, nearest};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -64,7 +64,7 @@ impl Element {
         for child in &self.children {
             let Some(name) = child.attribute("name").filter(|n| !known.contains(n)) else { continue };
             let meant = nearest(name, known.iter().copied());
-            let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+            let hint = did_you_mean(meant);
             let of = self.attribute("type").unwrap_or(&self.tag);
             return Err(child.error(format!("`{name}` of the {} `{of}` is not supported{hint}", self.tag)));
         }
@@ -114,7 +114,7 @@ impl Tree {
         let id = element.required("id")?;
         self.ids.get(id).ok_or_else(|| {
             let meant = nearest(id, self.ids.keys().map(String::as_str));
-            let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+            let hint = did_you_mean(meant);
             element.error(format!("there is nothing with the id `{id}`{hint}"))
         })
     }

@@ -3,7 +3,7 @@
 
 use super::super::Document;
 use super::lines::Line;
-use crate::error::{Result, nearest};
+use crate::error::{Result, did_you_mean, nearest};
 
 /// What the file says, line by line.
 #[derive(Debug, Default)]
@@ -119,7 +119,7 @@ impl Aux {
 fn unknown(line: &Line, known: &[&str]) -> crate::error::Error {
     let list: Vec<String> = known.iter().map(|k| format!("`{k}`")).collect();
     let meant = nearest(&line.key, known.iter().copied());
-    let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+    let hint = did_you_mean(meant);
     line.place.error(format!("unknown key `{}`, expected one of {}{hint}", line.key, list.join(", ")))
 }
 

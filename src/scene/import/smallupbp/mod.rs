@@ -11,7 +11,7 @@ mod tests;
 
 use super::numbers::{array, color, number, quoted};
 use super::{Document, Imported, Place};
-use crate::error::{Error, Result, nearest};
+use crate::error::{Error, Result, did_you_mean, nearest};
 use crate::geometry::TriangleMesh;
 use crate::geometry::load::obj::Obj;
 use aux::{Aux, MaterialLines, Medium};
@@ -155,7 +155,7 @@ fn extend(materials: &mut BTreeMap<String, Material>, lines: &MaterialLines) -> 
     let name = lines.name.name()?;
     let Some(material) = materials.get_mut(name) else {
         let meant = nearest(name, materials.keys().map(String::as_str));
-        let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+        let hint = did_you_mean(meant);
         return Err(lines
             .name
             .place
@@ -199,7 +199,7 @@ fn find<'a>(materials: &'a BTreeMap<String, Material>, path: &Path, name: &str) 
             return Error::file(path, "there are faces before the first `usemtl`");
         }
         let meant = nearest(name, materials.keys().map(String::as_str));
-        let hint = meant.map_or(String::new(), |m| format!("; did you mean `{m}`?"));
+        let hint = did_you_mean(meant);
         Error::file(path, format!("there is no material `{name}` in the file of materials{hint}"))
     })
 }
