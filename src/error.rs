@@ -49,6 +49,20 @@ impl Error {
         Self::file(path, format!("cannot {doing}: {error}"))
     }
 
+    /// A file that was named and cannot be read: mostly because it is not there.
+    pub fn unreadable(path: impl AsRef<Path>, error: &std::io::Error) -> Self {
+        match error.kind() {
+            std::io::ErrorKind::NotFound => Self::missing(path, "file"),
+            _ => Self::io(path, "read it", error),
+        }
+    }
+
+    /// A file that was named and is not there; `what` it should have been.
+    pub fn missing(path: impl AsRef<Path>, what: &str) -> Self {
+        let meant = did_you_mean(nearest_on_disk(Path::new(""), path.as_ref()));
+        Self::file(path, format!("there is no such {what}{meant}"))
+    }
+
     /// An error of the command line.
     pub fn usage(message: impl Into<String>) -> Self {
         Self::Usage(message.into())
@@ -72,20 +86,24 @@ pub fn did_you_mean(meant: Option<impl std::fmt::Display>) -> String {
     meant.map_or(String::new(), |meant| format!("; did you mean `{meant}`?"))
 }
 
-/// Of a path that leads nowhere, what the first part that is not there was probably meant to be: the nearest name in the
-/// folder where it is missing, with which the path leads somewhere.
-pub fn nearest_on_disk(path: &Path) -> Option<String> {
-    let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !p.exists()).last()?;
-    let folder = missing.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+/// What a path that leads nowhere was probably meant to be, as seen from a folder (empty: where the program was started): with the
+/// nearest name in place of the first part that is not there, if the path leads somewhere then.
+pub fn nearest_on_disk(from: &Path, path: &Path) -> Option<String> {
+    let there = |path: &Path| from.join(path).exists();
+    let missing = path.ancestors().take_while(|p| !p.as_os_str().is_empty() && !there(p)).last()?;
+    let folder = missing.parent()?;
     let rest = path.strip_prefix(missing).ok()?;
-    let entries = std::fs::read_dir(folder).ok()?.flatten();
-    let mut names: Vec<String> = entries.filter_map(|e| e.file_name().into_string().ok()).collect();
+    let place = from.join(folder);
+    let entries =
+        std::fs::read_dir(if place.as_os_str().is_empty() { Path::new(".") } else { &place }).ok()?;
+    let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
     // Nothing after it: a slash would make a folder of a file.
     let whole =
-        |name: &String| if rest == Path::new("") { folder.join(name) } else { folder.join(name).join(rest) };
-    names.retain(|name| whole(name).exists());
+        |name: &str| if rest == Path::new("") { folder.join(name) } else { folder.join(name).join(rest) };
+    names.retain(|name| there(&whole(name)));
     names.sort();
-    nearest(missing.file_name()?.to_str()?, names.iter().map(String::as_str)).map(str::to_owned)
+    let meant = nearest(missing.file_name()?.to_str()?, names.iter().map(String::as_str))?;
+    Some(whole(meant).display().to_string())
 }
 
 /// The path from the root of the file system, as whoever reads it may stand elsewhere; as it is where the system
@@ -118,16 +136,20 @@ mod tests {
         std::fs::create_dir_all(root.path().join("scenes/fog-cornell")).unwrap();
         std::fs::create_dir_all(root.path().join("scenes/fog-corner")).unwrap();
         std::fs::write(root.path().join("scenes/fog-cornell/scene.toml"), "").unwrap();
-        let meant = |path: &str| nearest_on_disk(&root.path().join(path));
-        assert_eq!(meant("scenes/fog-cornel"), Some("fog-cornell".into()));
-        assert_eq!(
-            meant("scenes/fog-corne/scene.toml"),
-            Some("fog-cornell".into()),
-            "where there is such a file"
-        );
-        assert_eq!(meant("scene/fog-cornell/scene.toml"), Some("scenes".into()));
-        assert_eq!(meant("scenes/fog-cornell/scen.toml"), Some("scene.toml".into()));
+        let meant = |path: &str| nearest_on_disk(root.path(), Path::new(path));
+        for (path, expected) in [
+            ("scenes/fog-cornel", "scenes/fog-cornell"),
+            // Where there is such a file.
+            ("scenes/fog-corne/scene.toml", "scenes/fog-cornell/scene.toml"),
+            ("scene/fog-cornell/scene.toml", "scenes/fog-cornell/scene.toml"),
+            ("scenes/fog-cornell/scen.toml", "scenes/fog-cornell/scene.toml"),
+            ("scenes/../scene", "scenes/../scenes"),
+        ] {
+            assert_eq!(meant(path).as_deref(), Some(expected));
+        }
         assert_eq!(meant("scenes/still-life"), None);
         assert_eq!(meant("scenes/fog-cornell"), None, "it is there");
+        let whole = root.path().join("scenes/fog-cornel");
+        assert_eq!(nearest_on_disk(Path::new(""), &whole), Some(format!("{}l", whole.display())));
     }
 }

@@ -24,7 +24,7 @@ fn scene(path: &Path, size: UVec2) -> Scene {
 /// Every sample of some pixels is found again, their sum is the film's, and recursion, oracle and renderer agree on the weights.
 fn check(scene: &Scene, name: &str, pixels: &[UVec2]) -> usize {
     let settings = Settings::new(TechniqueSet::of(preset(name).unwrap().techniques)).pinned(scene);
-    let job = Job { scene, settings, budget: Budget::Spp(ITERATIONS), first: 0 };
+    let job = Job { scene, settings, budget: Budget::Spp(ITERATIONS), first: 0, chosen: 0.0 };
     let film = job.run(&Stop::default(), &mut Silent).unwrap().film;
     let (image, outliers) = (film.image(), film.outliers());
     let mut weighed = 0;
@@ -85,11 +85,11 @@ fn replays_are_what_the_render_had() {
 #[test]
 fn a_pixel_is_explained() {
     let bench = Bench::new();
-    let (out, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 3");
+    let (out, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 2");
     for part in [
-        "samples, of a luminance of",
-        "iteration",
-        "Number 1, iteration",
+        "paths contribute, a luminance of",
+        "the 2 that contribute most:",
+        "Path 1, of sample",
         "x_0   light",
         "weight by the\n",
         "recursion",
@@ -100,22 +100,30 @@ fn a_pixel_is_explained() {
     // The table's sum of weights is 1, both ways.
     let sum = out.lines().rfind(|l| l.trim_start().starts_with("sum")).unwrap();
     assert_eq!(sum.split_whitespace().collect::<Vec<_>>(), ["sum", "1.00000000", "1.00000000"]);
-    let (again, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 3 --threads 1");
+    let (again, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 2 --threads 1");
     assert_eq!(out, again);
     // The iteration that the layer of outliers names holds the largest sample.
     bench.succeed("render small --spp 4 --layers families --out small.exr");
     let file = tyndall::film::exr::read_layers(bench.path("small.exr")).unwrap();
     let outliers = file.layer("outliers").unwrap();
-    // Of a pixel where that iteration has more than one.
-    let found = (0..24).any(|x| {
-        let iteration = outliers.get(x, 8)[1];
-        let (one, _) = bench.succeed(&format!("explain small --pixel {x},8 --sample {iteration} --path 2"));
-        one.contains(&format!("Number 2, iteration {iteration}"))
+    // Of a pixel to which more than one path contributes in that iteration.
+    let several = (0..24).find_map(|x| {
+        let sample = outliers.get(x, 8)[1];
+        let line = format!("explain small --pixel {x},8 --sample {sample}");
+        let (one, _) = bench.succeed(&line);
+        let paths: usize = one.split(" paths contribute").next()?.parse().ok()?;
+        Some((line, paths, sample))
     });
-    assert!(found, "no second path in any pixel's iteration");
+    let (line, paths, sample) = several.expect("no second path in any pixel's sample");
+    let (last, _) = bench.succeed(&format!("{line} --path {paths}"));
+    assert!(last.contains(&format!("Path {paths}, of sample {sample}:")), "{last}");
+    let (beyond, all) = (format!("{line} --path {}", paths + 1), format!("{paths} paths are there"));
+    bench.refuse(&beyond, &[&format!("no --path {}", paths + 1), &all]);
     for (line, parts) in [
         ("explain small --pixel 24,3", &["pixel 24,3", "columns 0 to 23"][..]),
-        ("explain small --pixel 2,3 --out a.exr", &["--out", "no meaning"]),
+        ("explain small --pixel 2,3 --out a.exr", &["unexpected argument '--out'"]),
+        ("explain small --pixel 2,3 --spp 4 --sample 4", &["no sample 4", "4 spp", "0 to 3"]),
+        ("explain small.png", &["small.png", "explain the EXR"]),
         ("explain small --pixel 2", &["column and row"]),
         ("explain small", &["--pixel X,Y"]),
     ] {
@@ -201,19 +209,20 @@ fn a_file_stands_for_scene_and_settings() {
         assert!(!err.contains("warning"), "{err}");
         assert!(out.contains(&format!("pixel {pixel} is number {sample}: {share}")), "{out}");
         let known: f64 = luminance.parse().unwrap();
-        let found = out.lines().find_map(|l| l.split("of a luminance of ").nth(1)).unwrap();
-        let found: f64 = found.split_whitespace().next().unwrap().parse().unwrap();
+        let found = out.lines().find_map(|l| l.split("a luminance of ").nth(1)).unwrap();
+        let found = found.split_whitespace().next().unwrap().trim_end_matches(':');
+        let found: f64 = found.parse().unwrap();
         assert!((found - known).abs() <= 1e-5 * known, "{found} {known}");
         // The options by hand come to the same.
         let whole = options.replace("--spp 5", "").replace("--layers families", "");
         let (by_hand, _) = bench.succeed(&format!("explain small {whole} --pixel {pixel} --sample {sample}"));
         assert!(out.ends_with(&by_hand), "{out}\n{by_hand}");
-        let (another, _) = bench.succeed(&format!("explain a.exr --pixel {pixel} --sample 0 --path 2"));
-        assert!(another.contains("Number 2, iteration 0") || another.contains("no such path"), "{another}");
+        bench.succeed(&format!("explain a.exr --pixel {pixel} --sample 0"));
     }
     for (line, parts) in [
         ("explain a.exr --pixel 0,0", &["pixel 0,0 lies outside"][..]),
         ("explain a.exr --sample 3", &["--pixel X,Y"]),
+        ("explain a.exr --pixel 12,8 --sample 5", &["no sample 5", "5 spp"]),
         (
             "explain a.exr --seed 3 --light-starts power",
             &["a.exr", "--seed", "--light-starts cannot be said"],
@@ -222,8 +231,15 @@ fn a_file_stands_for_scene_and_settings() {
     ] {
         bench.refuse(line, parts);
     }
-    bench.succeed("render small --spp 2 --out plain.exr");
-    bench.refuse("explain plain.exr", &["plain.exr", "no layer `outliers`", "--layers families"]);
+    // Without the layer of outliers, all samples of a pixel are looked at.
+    bench.succeed(&format!("render small {} --out plain.exr", options.replace("--layers families", "")));
+    bench.refuse(
+        "explain plain.exr",
+        &["plain.exr", "no layer `outliers`", "--layers families", "--pixel X,Y"],
+    );
+    let listed = |line: &str| bench.succeed(&format!("explain {line} --pixel 12,8")).0;
+    assert_eq!(listed("plain.exr"), listed(&format!("small {}", options.replace("--layers families", ""))));
+    assert!(listed("a.exr --sample 2").ends_with(&listed("plain.exr --sample 2")));
     let mut foreign = file.clone();
     foreign.metadata.clear();
     tyndall::film::exr::write(bench.path("foreign.exr"), &foreign).unwrap();
@@ -249,8 +265,10 @@ fn runs_of_experiments_are_explained_from_anywhere() {
     let (list, _) = bench.succeed(&format!("explain {run} --top 1"));
     let command = list.split("tyndall explain ").nth(1).unwrap().trim().to_owned();
     let (out, err) = bench.succeed(&format!("explain {command}"));
-    assert!(!err.contains("warning") && out.contains("Number 1, iteration"), "{err}{out}");
+    assert!(!err.contains("warning") && out.contains("Path 1, of sample"), "{err}{out}");
     bench.refuse("explain there/r/fog-cornell/upbp/mean.exr", &["mean.exr: is a mean over 2 runs", run]);
+    let first = "there/r/fog-cornell/upbp/run-00.exr for one";
+    bench.refuse("explain there/r/fog-cornell/upbp/statistics.exr", &["no metadata", first]);
     // The page has the commands of the first run.
     let page = std::fs::read_to_string(bench.path("there/r/index.html")).unwrap();
     let first = "tyndall explain there/r/fog-cornell/upbp/run-00.exr --pixel ";

@@ -9,6 +9,7 @@ mod left;
 use common::{Bench, EXPERIMENT};
 use left::left;
 use std::collections::BTreeMap;
+use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tyndall::experiment::results::{Results, read};
@@ -104,11 +105,11 @@ fn damaged_runs_are_rendered_again() {
     let whole = left(&dir);
     let states = files(&bench, ".film");
     assert_eq!(states.len(), 6, "a state a run");
-    let bytes = std::fs::read(&states[0]).unwrap();
+    let bytes = fs::read(&states[0]).unwrap();
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 4;
     for damage in [&bytes[..bytes.len() / 2], &bytes[..3], &[], &flipped] {
-        std::fs::write(&states[0], damage).unwrap();
+        fs::write(&states[0], damage).unwrap();
         bench.succeed(&format!("run experiment.toml {CHANGES}"));
         assert_eq!(left(&dir), whole);
     }
@@ -203,6 +204,44 @@ fn status_tells_what_is_left() {
     assert!(files(&bench, ".film").is_empty());
 }
 
+/// Bug that this keeps out: images of a metric, and folders of an estimator, that were taken out of the experiment, beside those of now.
+#[test]
+fn what_was_taken_out_is_pruned() {
+    let bench = Bench::new();
+    bench.succeed("run experiment.toml");
+    let (out, _) = bench.succeed("status experiment.toml --prune");
+    assert!(!out.contains("taken out"), "{out}");
+    let dir = bench.path("results/experiment/small");
+    let notes = [dir.join("pt/notes.txt"), dir.join("pt/error-mine.png"), dir.join("theirs/run-00.exr")];
+    fs::create_dir(dir.join("theirs")).unwrap();
+    notes.iter().for_each(|note| fs::write(note, "of somebody else").unwrap());
+    let text = EXPERIMENT.replace("[[estimator]]\npreset = \"pt\"\n", "");
+    let less = text.replace("\"mse\", ", "").replace("runs = 3", "runs = 2");
+    bench.write("experiment.toml", &less);
+    let (out, _) = bench.succeed("status experiment.toml");
+    assert!(out.contains("files of scenes, estimators, runs and metrics that were taken out"), "{out}");
+    assert!(dir.join("pt/mean.exr").exists(), "nothing is deleted without asking");
+    bench.succeed("status experiment.toml --prune");
+    let there = |name: &str| dir.join(name).exists();
+    assert!(
+        !there("pt/mean.exr")
+            && !there("pt/settings.toml")
+            && !there("all/run-02.exr")
+            && !there("all/error-mse.png")
+    );
+    assert!(
+        there("all/run-01.exr")
+            && there("all/error-relmse.png")
+            && there("all/mean.exr")
+            && there("reference.exr")
+    );
+    assert!(notes.iter().all(|note| note.exists()));
+    // Without anything of somebody else, the folder goes, too.
+    bench.write("experiment.toml", &less.replace("name = \"all\"", "name = \"both\""));
+    bench.succeed("status experiment.toml --prune");
+    assert!(!there("all"));
+}
+
 #[test]
 fn timed_runs_keep_their_number_of_iterations() {
     let bench = Bench::new();
@@ -290,7 +329,7 @@ fn results_that_disappear_are_said() {
         .unwrap();
     let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stderr.take().unwrap()));
     assert!(lines.by_ref().map(Result::unwrap).any(|line| line.starts_with("small: all, run 1 of 3")));
-    std::fs::rename(bench.path("results/experiment"), bench.path("away")).unwrap();
+    fs::rename(bench.path("results/experiment"), bench.path("away")).unwrap();
     let rest: Vec<String> = lines.map(Result::unwrap).collect();
     assert_eq!(child.wait().unwrap().code(), Some(2));
     let error = rest.iter().find(|l| l.starts_with("error:")).unwrap();

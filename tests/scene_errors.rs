@@ -350,7 +350,7 @@ fn a_scene_that_is_not_there_is_named_with_those_that_are() {
             .starts_with("scenes/nowhere/scene.toml: there is no such scene file")
     );
     let near = message("cornel");
-    assert!(near.contains("furnace") && near.ends_with("did you mean cornell?"), "{near}");
+    assert!(near.contains("furnace") && near.ends_with("did you mean `cornell`?"), "{near}");
     assert!(message("src").contains("folder without a scene.toml"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("binary.toml");

@@ -105,7 +105,8 @@ pub struct StatusArgs {
     /// Which experiment.
     #[command(flatten)]
     pub of: ExperimentArgs,
-    /// Delete the runs of other settings, scene contents or rendering code from the folder of results.
+    /// Delete from the folder of results the runs of other settings, scene contents or rendering code, and the images of what was
+    /// taken out of the experiment.
     #[arg(long)]
     pub prune: bool,
 }
@@ -121,9 +122,9 @@ pub struct MergeArgs {
     pub from: Vec<PathBuf>,
 }
 
-/// `tyndall render`.
+/// What is rendered and how: all that decides the samples.
 #[derive(Args, Debug)]
-pub struct RenderArgs {
+pub struct SamplesArgs {
     /// A scene file, its folder, or the name of a folder in scenes/.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
@@ -149,11 +150,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub merge: Vec<String>,
     /// Samples per pixel [default: 16].
-    #[arg(long, value_name = "N", value_parser = super::parse::spp, conflicts_with = "time")]
+    #[arg(long, value_name = "N", value_parser = super::parse::spp)]
     pub spp: Option<u64>,
-    /// Time to render for, such as 30s, 500ms, 5m or 1.5h.
-    #[arg(long, value_name = "TIME", value_parser = super::parse::duration)]
-    pub time: Option<f64>,
     /// Size of the image in pixels [default: the scene's].
     #[arg(long, value_name = "WxH", value_parser = super::parse::size)]
     pub size: Option<[u32; 2]>,
@@ -174,6 +172,17 @@ pub struct RenderArgs {
     /// Threads to render with [default: one a processor].
     #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,
+}
+
+/// `tyndall render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Which samples.
+    #[command(flatten)]
+    pub of: SamplesArgs,
+    /// Time to render for, instead of --spp, such as 30s, 500ms, 5m or 1.5h. Pilots that choose radii count.
+    #[arg(long, value_name = "TIME", value_parser = super::parse::duration, conflicts_with = "spp")]
+    pub time: Option<f64>,
     /// Which contributions of techniques are kept as layers of the EXR.
     #[arg(long, value_enum, default_value_t = LayersArg::None)]
     pub layers: LayersArg,
@@ -195,23 +204,24 @@ pub struct RenderArgs {
 /// `tyndall explain`.
 #[derive(Args, Debug)]
 pub struct ExplainArgs {
-    /// The render whose samples are replayed; its iterations are --spp, 16 unless that is given. Instead of a scene and
-    /// options, an EXR that `tyndall run` or `tyndall render --layers families` wrote stands for all of them.
+    /// The render whose samples are replayed: all --spp of them. Instead of a scene and options, an EXR that `tyndall run` or
+    /// `tyndall render` wrote stands for all of them.
     #[command(flatten)]
-    pub render: RenderArgs,
-    /// The pixel: column and row from 0 at the top left. Of an EXR, the pixels with the largest samples are listed without it.
+    pub of: SamplesArgs,
+    /// The pixel: column and row from 0 at the top left. Of an EXR with outliers (runs of experiments and renders with
+    /// --layers families have them), the pixels with the largest samples are listed without it.
     #[arg(long, value_name = "X,Y", value_parser = super::parse::pixel)]
     pub pixel: Option<[u32; 2]>,
-    /// Replay this iteration only, from 0 [default: of an EXR, the one that its layer `outliers` names].
+    /// Replay this sample of the pixel only, from 0 [default: all; of an EXR with outliers, the largest].
     #[arg(long, value_name = "N")]
     pub sample: Option<u64>,
     /// How many pixels of an EXR are listed.
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub top: usize,
-    /// Which of the samples is told about, from 1 for the largest.
+    /// Which of the paths that contribute is told about, from 1 for the largest contribution.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = super::parse::ordinal)]
     pub path: usize,
-    /// How many samples are listed.
+    /// How many paths are listed.
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub most: usize,
 }

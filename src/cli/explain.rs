@@ -2,11 +2,10 @@
 
 use super::args::ExplainArgs;
 use super::progress::while_loading;
-use super::render::settings;
-use super::render::techniques;
+use super::render::{DEFAULT_SPP, settings, techniques};
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::store::{SceneKey, is_image_file};
+use crate::experiment::store::{SceneKey, run_of};
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
 use crate::render::files::{
@@ -19,9 +18,6 @@ use glam::UVec2;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Iterations that are replayed where neither their number nor one of them is asked for.
-const DEFAULT_ITERATIONS: u64 = 16;
-
 /// What may be said beside an EXR: all that decides the samples is in it.
 const BESIDE_A_FILE: [&str; 7] = ["scene", "pixel", "sample", "path", "most", "top", "threads"];
 
@@ -32,46 +28,72 @@ const TOLERANCE: f32 = 1e-3;
 /// are the options on the command line.
 ///
 /// # Errors
-/// Anything wrong with the scene or the options.
+/// Anything wrong with the scene or the options; a path that is not among those found.
 pub fn run(args: &ExplainArgs, given: &[String]) -> Result<Ending> {
-    let path = &args.render.scene;
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        return of_file(args, path, given);
-    }
-    let render = &args.render;
-    let writes = [render.out.is_some(), render.png, render.time.is_some()];
-    if writes.contains(&true) {
-        return Err(Error::usage("explain renders no image: --out, --png and --time have no meaning here"));
+    let path = &args.of.scene;
+    let kind = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    match kind.as_deref() {
+        Some("exr") => return of_file(args, path, given),
+        Some("png") => {
+            return Err(Error::file(
+                path,
+                "a PNG does not say how it was made: explain the EXR, or the scene",
+            ));
+        }
+        _ => {}
     }
     let Some(pixel) = args.pixel else {
         return Err(Error::usage(
             "which pixel? --pixel X,Y says it; an EXR that tyndall wrote, instead of a scene, lists those with the largest samples",
         ));
     };
-    let techniques = techniques(render)?;
-    let path = resolve(&render.scene)?;
-    let scene = while_loading(|| load(&path, &Overrides { size: render.size.map(UVec2::from_array) }))?;
-    let settings = settings(render, techniques, &scene)?;
+    let techniques = techniques(&args.of)?;
+    let path = resolve(path)?;
+    let scene = while_loading(|| load(&path, &Overrides { size: args.of.size.map(UVec2::from_array) }))?;
+    let settings = settings(&args.of, techniques, &scene)?;
+    let spp = args.of.spp;
     let iterations = match args.sample {
-        Some(sample) => sample..sample + 1,
-        None => 0..render.spp.unwrap_or(DEFAULT_ITERATIONS),
+        Some(sample) => {
+            spp.map_or(Ok(()), |spp| within(sample, spp))?;
+            sample..sample + 1
+        }
+        None => 0..spp.unwrap_or(DEFAULT_SPP),
     };
-    let (words, _, ending) = explain(args, &scene, settings, pixel, iterations)?;
-    print(words)?;
-    Ok(ending)
+    let explained = explain(args, &scene, settings, pixel, iterations)?;
+    print(explained.words)?;
+    Ok(explained.ending)
 }
 
-/// What is found in iterations of a pixel, and the luminance of all of it.
+/// Nothing, where so many samples have one of this number.
+fn within(sample: u64, spp: u64) -> Result<()> {
+    if sample < spp {
+        return Ok(());
+    }
+    Err(Error::usage(format!(
+        "there is no sample {sample}: those of {spp} spp have the numbers 0 to {}",
+        spp.saturating_sub(1)
+    )))
+}
+
+/// What became of a replay.
+struct Explained {
+    words: String,
+    /// Luminance of all that was found.
+    whole: f32,
+    ending: Ending,
+}
+
+/// What is found in iterations of a pixel.
 fn explain(
     args: &ExplainArgs,
     scene: &Scene,
     settings: Settings,
     pixel: [u32; 2],
     iterations: Range<u64>,
-) -> Result<(String, f32, Ending)> {
+) -> Result<Explained> {
     let stop = stop_on_interrupt()?;
-    let (words, whole) = with_threads(args.render.threads, || {
-        let replay = Replay::new(scene, settings, UVec2::from_array(pixel))?;
+    with_threads(args.of.threads, || {
+        let replay = Replay::new(scene, settings.pinned(scene), UVec2::from_array(pixel))?;
         let mut found: Vec<Found> = Vec::new();
         for iteration in iterations {
             if stop.requested() {
@@ -82,10 +104,16 @@ fn explain(
         // What is not finite first: a render drops it, and it wants explaining most.
         let size = |f: &Found| if f.luminance.is_nan() { f32::INFINITY } else { f.luminance };
         found.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        if args.path > found.len().max(1) {
+            let paths =
+                if found.len() == 1 { "path is".into() } else { format!("{} paths are", found.len()) };
+            let message = format!("there is no --path {}: {paths} there", args.path);
+            return Err(Error::usage(message));
+        }
         let whole = found.iter().map(|f| f.luminance).filter(|l| l.is_finite()).sum::<f32>();
-        Ok((text(scene, &settings, &replay, &found, args.path, args.most), whole))
-    })?;
-    Ok((words, whole, Ending::from(&stop)))
+        let words = text(scene, &replay, &found, args.path, args.most);
+        Ok(Explained { words, whole, ending: Ending::from(&stop) })
+    })
 }
 
 /// An EXR stands for scene and settings.
@@ -108,27 +136,37 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
         return Err(Error::file(path, of_a_reference(path)));
     }
     let made = Made::of(path, &file)?;
-    let Some(all) = largest(&file) else {
-        let message = format!(
-            "has no layer `{OUTLIERS}`: the runs of an experiment have it (run-00.exr …), and renders with --layers families"
-        );
-        return Err(Error::file(path, message));
-    };
+    let outliers = largest(&file);
     let Some(pixel) = args.pixel else {
         if args.sample.is_some() {
             return Err(Error::usage("--sample N is of a pixel: --pixel X,Y says which"));
         }
+        let Some(all) = outliers else {
+            let message = format!(
+                "has no layer `{OUTLIERS}`, which says where the largest samples are: the runs of an experiment have it (run-00.exr …), and \
+                 renders with --layers families. --pixel X,Y explains a pixel without it"
+            );
+            return Err(Error::file(path, message));
+        };
         print(made.list(path, &all, args.top))?;
         return Ok(Ending::Done);
     };
+    args.sample.map_or(Ok(()), |sample| within(sample, made.iterations))?;
     let scene = made.scene(path)?;
     let settings = made.settings(path, &scene)?;
+    // Without the layer it is not known which sample is the largest: all are looked at.
+    let Some(all) = outliers else {
+        let iterations = args.sample.map_or(0..made.iterations, |n| n..n + 1);
+        let explained = explain(args, &scene, settings, pixel, iterations)?;
+        print(explained.words)?;
+        return Ok(explained.ending);
+    };
     let known = all.iter().find(|l| l.pixel == pixel);
     let sample = args.sample.or(known.map(|l| l.iteration));
     let iterations = sample.map_or(0..0, |n| n..n + 1);
-    let (words, whole, ending) = explain(args, &scene, settings, pixel, iterations)?;
+    let Explained { words, whole, ending } = explain(args, &scene, settings, pixel, iterations)?;
     let Some(sample) = sample else {
-        print(format!("No iteration added anything to the pixel {},{}.\n", pixel[0], pixel[1]))?;
+        print(format!("No sample added anything to the pixel {},{}.\n", pixel[0], pixel[1]))?;
         return Ok(ending);
     };
     if let Some(known) = known.filter(|l| l.iteration == sample) {
@@ -152,8 +190,14 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
 
 /// The runs in the folder of an estimator, in order.
 fn runs_in(folder: &Path) -> Vec<PathBuf> {
-    let is_run = |path: &PathBuf| path.file_name().and_then(|n| n.to_str()).is_some_and(is_image_file);
+    let is_run = |path: &PathBuf| path.file_name().and_then(|n| n.to_str()).and_then(run_of).is_some();
     entries(folder).into_iter().filter(is_run).collect()
+}
+
+/// Where something can be explained, beside a file that cannot.
+fn beside(path: &Path) -> String {
+    let first = runs_in(path.parent().unwrap_or(Path::new(""))).into_iter().next();
+    first.map_or(String::new(), |run| format!(", {} for one", run.display()))
 }
 
 /// What to explain instead of a reference.
@@ -179,7 +223,7 @@ fn of_a_mean(path: &Path, runs: &str) -> String {
 /// How a file was made, by its own words.
 struct Made {
     resolved: Resolved,
-    iterations: String,
+    iterations: u64,
     scene: PathBuf,
     contents: String,
 }
@@ -192,7 +236,8 @@ impl Made {
                     path,
                     format!(
                         "does not say how it was made: it has no metadata `{key}`, as a render by this version of tyndall \
-                         and each run of an experiment has"
+                         and each run of an experiment has{}",
+                        beside(path)
                     ),
                 )
             })
@@ -206,7 +251,9 @@ impl Made {
                 path.display()
             );
         }
-        let iterations = file.text("tyndall.iterations").unwrap_or("some").to_owned();
+        let iterations = text("tyndall.iterations")?
+            .parse()
+            .map_err(|e| Error::file(path, format!("its metadata `tyndall.iterations` is damaged: {e}")))?;
         Ok(Self { resolved, iterations, scene, contents })
     }
 

@@ -1,7 +1,7 @@
 //! `tyndall render`.
 
-use super::args::{HeuristicArg, RenderArgs};
-use super::progress::{Progress, while_loading};
+use super::args::{HeuristicArg, RenderArgs, SamplesArgs};
+use super::progress::{Progress, clock, while_loading};
 use super::session::{Ending, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
 use crate::experiment::store::SceneKey;
@@ -11,15 +11,20 @@ use crate::render::files::{Resolved, check_output, layered, origin};
 use crate::render::{Budget, Job, Observer, Outcome};
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
+use crate::stage;
 use crate::transport::expression::Expression;
 use crate::transport::merge::MergeDef;
 use crate::transport::settings::{Heuristic, Settings};
 use crate::transport::technique::{TechniqueSet, preset};
 use glam::UVec2;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Samples per pixel where neither these nor a time is asked for.
-const DEFAULT_SPP: u64 = 16;
+pub const DEFAULT_SPP: u64 = 16;
+
+/// Seconds of setting up that are told of.
+const WORTH_A_WORD: f64 = 0.1;
 
 /// The files to write.
 #[derive(Debug, PartialEq)]
@@ -33,12 +38,12 @@ struct Outputs {
 /// # Errors
 /// Anything wrong with the scene or the options, before anything is rendered; files that cannot be written.
 pub fn run(args: &RenderArgs) -> Result<Ending> {
-    let techniques = techniques(args)?;
-    let path = resolve(&args.scene)?;
-    let scene = while_loading(|| load(&path, &Overrides { size: args.size.map(UVec2::from_array) }))?;
+    let techniques = techniques(&args.of)?;
+    let path = resolve(&args.of.scene)?;
+    let scene = while_loading(|| load(&path, &Overrides { size: args.of.size.map(UVec2::from_array) }))?;
     // Now, and not when it is done: by then the files may be others.
     let key = SceneKey::new(&scene)?;
-    let settings = settings(args, techniques, &scene)?;
+    let settings = Settings { layers: args.layers.into(), ..settings(&args.of, techniques, &scene)? };
     let outputs = outputs(args, &scene, techniques)?;
     for file in [&outputs.exr, &outputs.png].into_iter().flatten() {
         check_output(file)?;
@@ -46,15 +51,19 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     for warning in &scene.warnings {
         eprintln!("warning: {}: {warning}", path.display());
     }
-    let budget = args.time.map_or(Budget::Spp(args.spp.unwrap_or(DEFAULT_SPP)), Budget::Seconds);
+    let budget = args.time.map_or(Budget::Spp(args.of.spp.unwrap_or(DEFAULT_SPP)), Budget::Seconds);
     let stop = stop_on_interrupt()?;
-    let job = Job { scene: &scene, settings, budget, first: 0 };
-    let outcome = with_threads(args.threads, || {
+    let (settings, outcome) = with_threads(args.of.threads, || {
+        let start = Instant::now();
+        stage::begin("choosing radii, counts and shares");
+        let settings = while_loading(|| settings.pinned(&scene));
+        let chosen = start.elapsed().as_secs_f64();
+        let job = Job { scene: &scene, settings, budget, first: 0, chosen };
         let mut progress = Progress::new().with_tev(args.tev.as_deref());
         progress.begin(&format!("{}: {techniques}", scene.name), budget);
         let outcome = job.run(&stop, &mut progress);
         progress.end();
-        outcome
+        Ok((settings, outcome?))
     })?;
     if outcome.film.iterations() == 0 {
         eprintln!("stopped before the first sample: nothing is written");
@@ -68,18 +77,18 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
 ///
 /// # Errors
 /// Unknown names.
-pub fn techniques(args: &RenderArgs) -> Result<TechniqueSet> {
+pub fn techniques(args: &SamplesArgs) -> Result<TechniqueSet> {
     if args.techniques.is_empty() {
         return Ok(TechniqueSet::of(preset(&args.estimator)?.techniques));
     }
     TechniqueSet::parse(args.techniques.iter().map(String::as_str))
 }
 
-/// The settings of a render of a scene, with radii and counts chosen.
+/// The settings of a render of a scene, as they were asked for: what is open is chosen by [`Settings::pinned`].
 ///
 /// # Errors
 /// What makes no sense.
-pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> Result<Settings> {
+pub fn settings(args: &SamplesArgs, techniques: TechniqueSet, scene: &Scene) -> Result<Settings> {
     let mut settings = Settings::new(techniques);
     let defaults = scene.notes.defaults;
     settings.min_length = args.min_length.or(defaults.min_length).unwrap_or(settings.min_length);
@@ -96,7 +105,6 @@ pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> R
     }
     settings.merging = merge.resolve(first);
     settings.seed = args.seed;
-    settings.layers = args.layers.into();
     settings.heuristic = match args.heuristic {
         HeuristicArg::Balance => Heuristic::Balance,
         HeuristicArg::Power => Heuristic::Power(2.0),
@@ -110,7 +118,7 @@ pub fn settings(args: &RenderArgs, techniques: TechniqueSet, scene: &Scene) -> R
             idle.join(", ")
         );
     }
-    Ok(settings.pinned(scene))
+    Ok(settings)
 }
 
 fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result<Outputs> {
@@ -118,7 +126,7 @@ fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result
         let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
         let name: String = scene.name.chars().map(plain).collect();
         let estimator =
-            if args.techniques.is_empty() { args.estimator.clone() } else { techniques.to_string() };
+            if args.of.techniques.is_empty() { args.of.estimator.clone() } else { techniques.to_string() };
         PathBuf::from(format!("{name}-{}.exr", estimator.replace(',', "+")))
     };
     let out = args.out.clone().unwrap_or_else(default);
@@ -143,6 +151,13 @@ fn write(
     settings: &Settings,
     outcome: &Outcome,
 ) -> Result<()> {
+    if outcome.setup >= WORTH_A_WORD {
+        eprintln!(
+            "of these {}, {} went by before the first sample: pilots that choose radii, counts and shares",
+            clock(outcome.seconds),
+            clock(outcome.setup)
+        );
+    }
     for (key, words) in &outcome.merges {
         eprintln!("{key}: {words}");
     }

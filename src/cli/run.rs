@@ -3,7 +3,7 @@
 use super::args::{ExperimentArgs, RunArgs};
 use super::folder::announce;
 use super::progress::Progress;
-use super::session::{Ending, print, stop_on_interrupt, with_threads};
+use super::session::{Ending, print, several, stop_on_interrupt, with_threads};
 #[cfg(not(feature = "mpi"))]
 use crate::error::Error;
 use crate::error::Result;
@@ -60,7 +60,6 @@ pub fn alone(args: &RunArgs) -> Result<Ending> {
 /// # Errors
 /// Files that cannot be written.
 pub fn show(out: &Path, results: &Results) -> Result<()> {
-    let several = |n: usize, noun: &str| format!("{n} {noun}{}", if n == 1 { "" } else { "s" });
     let [scenes, estimators] = [(results.scenes.len(), "scene"), (results.estimators.len(), "estimator")]
         .map(|(n, noun)| several(n, noun));
     eprintln!("page and figures of {scenes} and {estimators}");

@@ -4,9 +4,11 @@ use super::args::StatusArgs;
 use super::folder::announce;
 use super::progress::clock;
 use super::run::open;
-use super::session::{Ending, print, with_threads};
+use super::session::{Ending, print, several, with_threads};
 use crate::error::{Error, Result};
+use crate::experiment::leftovers;
 use crate::experiment::status::{ReferenceRow, Row, Status, status};
+use crate::experiment::store::FOLDER;
 use crate::render::Budget;
 use std::path::Path;
 
@@ -23,17 +25,35 @@ pub fn run(args: &StatusArgs) -> Result<Ending> {
         print(format!("{hint}\n"))?;
     }
     let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
+    let (files, of_files) = &status.taken_out;
+    let (stale, files_count) = (several(status.stale.len(), "run"), several(files.len(), "file"));
     if args.prune {
         for (folder, _) in &status.stale {
             std::fs::remove_dir_all(folder).map_err(|e| Error::io(folder, "delete it", &e))?;
         }
-        print(format!("deleted {} runs of before, {}\n", status.stale.len(), size(bytes)))?;
-    } else if !status.stale.is_empty() {
-        let (count, place) = (status.stale.len(), out.join(crate::experiment::store::FOLDER));
+        leftovers::delete(files)
+            .map_err(|e| Error::io(&out, "delete what was taken out of the experiment", &e))?;
+        print(format!("deleted {stale} of before, {}\n", size(bytes)))?;
+        if !files.is_empty() {
+            print(format!(
+                "deleted {files_count} of what was taken out of the experiment, {}\n",
+                size(*of_files)
+            ))?;
+        }
+        return Ok(Ending::Done);
+    }
+    if !status.stale.is_empty() {
+        let (size, place) = (size(bytes), out.join(FOLDER));
         print(format!(
-            "{count} runs of other settings, scene contents or code take {} in {}: --prune deletes them\n",
-            size(bytes),
+            "{stale} of other settings, scene contents or code take {size} in {}: --prune deletes them\n",
             Path::display(&place)
+        ))?;
+    }
+    if !files.is_empty() {
+        let (size, place) = (size(*of_files), Path::display(&out));
+        print(format!(
+            "{files_count} of scenes, estimators, runs and metrics that were taken out of the experiment take {size} in {place}: \
+             --prune deletes them\n"
         ))?;
     }
     Ok(Ending::Done)

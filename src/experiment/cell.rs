@@ -1,6 +1,7 @@
 //! One estimator in one scene: its runs, their files and their numbers.
 
 use super::costs::{costs, file_name};
+use super::leftovers;
 use super::means::{MeanLayers, mean_of_maps};
 use super::measure::{CONFIDENCE, curve, estimate};
 use super::metrics::{Metric, relmse::EPSILON};
@@ -203,7 +204,7 @@ impl<'a> SceneContext<'a> {
         }
         let text = toml::to_string(&CellSettings { budget: estimator.budget, run: &gathered.settings })
             .map_err(|e| Error::usage(format!("cannot write settings: {e}")))?;
-        write_bytes(&self.out.join(&folder).join("settings.toml"), text.as_bytes())?;
+        write_bytes(&self.out.join(&folder).join(leftovers::SETTINGS), text.as_bytes())?;
         let files = self.write_means(&folder, &gathered)?;
         let mut cell = self.cell(estimator, &gathered, files);
         observer.end_steps();

@@ -12,14 +12,14 @@
 //! | partial | `true` where the run, or one of them, was stopped early |
 //! | metric | see below |
 //! | value | its value |
-//! | low, high | 95% confidence interval of its mean over the runs, the same for all runs; empty where there is none |
+//! | low, high | 95% confidence interval of a number over all runs; empty where there is none, and for a single run |
 //!
 //! | metric | of | meaning |
 //! |---|---|---|
-//! | `relmse`, … | each run | the metrics of the experiment, as the page shows them: without the reference's noise where that is known |
-//! | `relmse_measured`, `mse_measured` | each run | these with that noise, as measured against the reference |
-//! | `mean` | each run | the mean of the image over pixels and channels |
-//! | `spp`, `seconds` | each run | as the columns, with intervals |
+//! | `relmse`, … | each run, their mean | the metrics of the experiment, as the page shows them: without the reference's noise where that is known |
+//! | `relmse_measured`, `mse_measured` | each run, their mean | these with that noise, as measured against the reference |
+//! | `mean` | each run, their mean | the mean of the image over pixels and channels |
+//! | `spp`, `seconds` | each run, their mean | as the columns, with intervals |
 //! | `variance`, `bias2`, `efficiency`, `variance_efficiency` | all runs | see [`Cell`]; `efficiency` is 1/(MSE · seconds) |
 //! | `relmse_efficiency` | all runs | 1/(relMSE · seconds), where the relMSE was asked for |
 //! | `energy.nee`, … | all runs | share of the energy that a technique carries, see [`TechniqueShare`] |
@@ -94,7 +94,7 @@ fn table(results: &Results) -> String {
             .expect("writing to a string does not fail");
         };
         for run in &cell.runs {
-            for (metric, value, interval) in of_run(cell, run) {
+            for (metric, value) in of_run(run) {
                 let Run { index, seed, spp, seconds, partial, .. } = run;
                 let who = [
                     index.to_string(),
@@ -103,7 +103,7 @@ fn table(results: &Results) -> String {
                     seconds.to_string(),
                     partial.to_string(),
                 ];
-                row(who, &metric, value, interval);
+                row(who, &metric, value, None);
             }
         }
         let partial = cell.runs.iter().any(|r| r.partial).to_string();
@@ -116,27 +116,36 @@ fn table(results: &Results) -> String {
     text
 }
 
-/// The numbers of a run, with the intervals of their means over the runs.
-fn of_run(cell: &Cell, run: &Run) -> Vec<(String, f64, Option<Interval>)> {
-    let summary = |key: &str| cell.summary.iter().find(|s| s.metric == key);
-    let mean = |run: &Run| run.mean.iter().sum::<f64>() / 3.0;
-    let of_mean = estimate(&cell.runs.iter().map(mean).collect::<Vec<_>>()).and_then(|e| e.interval);
-    let mut rows = Vec::new();
-    for (key, value) in &run.metrics {
-        rows.push((key.clone(), *value, summary(key).and_then(|s| s.value.interval)));
-    }
-    for (key, value) in &run.measured {
-        let interval = summary(key).and_then(|s| s.measured?.interval);
-        rows.push((format!("{key}_measured"), *value, interval));
-    }
-    rows.push(("mean".into(), mean(run), of_mean));
-    rows.push(("spp".into(), run.spp as f64, cell.spp.interval));
-    rows.push(("seconds".into(), run.seconds, cell.seconds.interval));
+/// The mean of a run's image over pixels and channels.
+fn mean_of(run: &Run) -> f64 {
+    run.mean.iter().sum::<f64>() / 3.0
+}
+
+/// What a metric is called where the reference's noise is still in it.
+fn measured(key: &str) -> String {
+    format!("{key}_measured")
+}
+
+/// The numbers of a run.
+fn of_run(run: &Run) -> Vec<(String, f64)> {
+    let mut rows: Vec<_> = run.metrics.iter().map(|(key, value)| (key.clone(), *value)).collect();
+    rows.extend(run.measured.iter().map(|(key, value)| (measured(key), *value)));
+    rows.extend([
+        ("mean".into(), mean_of(run)),
+        ("spp".into(), run.spp as f64),
+        ("seconds".into(), run.seconds),
+    ]);
     rows
 }
 
 /// The numbers over all runs.
 fn of_all(cell: &Cell) -> Vec<(String, Estimate)> {
+    let mut rows: Vec<(String, Estimate)> =
+        cell.summary.iter().map(|s| (s.metric.clone(), s.value)).collect();
+    rows.extend(cell.summary.iter().filter_map(|s| Some((measured(&s.metric), s.measured?))));
+    let mean = estimate(&cell.runs.iter().map(mean_of).collect::<Vec<_>>());
+    rows.extend(mean.map(|mean| ("mean".into(), mean)));
+    rows.extend([("spp".into(), cell.spp), ("seconds".into(), cell.seconds)]);
     let whole = [
         ("variance", cell.variance),
         ("bias2", cell.bias),
@@ -144,8 +153,7 @@ fn of_all(cell: &Cell) -> Vec<(String, Estimate)> {
         ("relmse_efficiency", cell.efficiency_by("relmse")),
         ("variance_efficiency", cell.variance_efficiency),
     ];
-    let mut rows: Vec<(String, Estimate)> =
-        whole.into_iter().filter_map(|(name, e)| Some((name.to_owned(), e?))).collect();
+    rows.extend(whole.into_iter().filter_map(|(name, e)| Some((name.to_owned(), e?))));
     for share in &cell.techniques {
         let TechniqueShare { technique, energy, variance, caused, time } = share;
         let parts =

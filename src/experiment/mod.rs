@@ -20,6 +20,7 @@ pub mod csv;
 pub mod file;
 pub mod handout;
 pub mod hash;
+pub mod leftovers;
 pub mod machine;
 mod means;
 pub mod measure;

@@ -1,9 +1,12 @@
-//! Scenes that go by another name than they did: their runs are there, but are not found.
+//! Runs that are there but are not found: of scenes that went by another name, and of estimators that kept more layers.
 
-use super::plan::{Plan, ScenePlan};
+use super::cell::SceneContext;
+use super::plan::{EstimatorPlan, Plan, ScenePlan};
 use super::store::{SceneKey, image_file};
+use crate::error::Result;
 use crate::film::exr::read_text;
 use crate::render::files::{SCENE_CONTENTS, entries};
+use crate::transport::settings::Layers;
 use std::path::{Path, PathBuf};
 
 /// Says under which name there are runs of a scene with these contents in the folder of results, where there are none under its own
@@ -21,6 +24,35 @@ pub fn hint(plan: &Plan, entry: &ScenePlan, key: &SceneKey, out: &Path) -> Optio
         "scene {own} is what scene {other} was, of which there are runs: a scene is called after its folder, and its name is in \
          the seeds of its runs; `name = \"{other}\"` in its [[scene]] goes on with those"
     ))
+}
+
+/// Says of which estimators there are runs with more layers than are asked for now, where there is none with these. What is kept is in
+/// the name of a run, so that they are rendered again.
+///
+/// # Errors
+/// Settings that make no sense.
+pub fn fuller(context: &SceneContext) -> Result<Option<String>> {
+    let mut found: Vec<(&str, Layers)> = Vec::new();
+    for estimator in &context.plan.estimators {
+        let there = |layers: Layers| -> Result<bool> {
+            let (unit, work) = context.unit(&EstimatorPlan { layers, ..estimator.clone() }, 0)?;
+            Ok(unit.peek(work.budget).is_some())
+        };
+        for layers in [Layers::Families, Layers::All] {
+            if layers as u8 > estimator.layers as u8 && !there(estimator.layers)? && there(layers)? {
+                found.push((&estimator.key, layers));
+                break;
+            }
+        }
+    }
+    let Some((_, layers)) = found.last() else { return Ok(None) };
+    let (names, scene): (Vec<&str>, _) = (found.iter().map(|f| f.0).collect(), &context.entry.key);
+    let layers = layers.name();
+    Ok(Some(format!(
+        "{scene}: there are runs of {} with layers = \"{layers}\", of which no figure asks for now: they are rendered again with less, \
+         and `layers = \"{layers}\"` in the experiment goes on with those",
+        names.join(", ")
+    )))
 }
 
 /// The contents of the scene that the runs in a folder are of, by the first that says it.

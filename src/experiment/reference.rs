@@ -291,7 +291,7 @@ impl Making {
         stop: &Stop,
         observer: &mut dyn Observer,
     ) -> Result<Option<Block>> {
-        let job = Job { scene, settings: self.settings, budget: Budget::Spp(count), first };
+        let job = Job { scene, settings: self.settings, budget: Budget::Spp(count), first, chosen: 0.0 };
         let mut offset = Offset { inner: observer, iterations: first, seconds };
         let outcome = job.run(stop, &mut offset)?;
         let iterations = outcome.film.iterations();

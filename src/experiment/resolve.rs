@@ -331,8 +331,10 @@ impl Resolver<'_> {
         let named = self.source.folder().join(file);
         let path = crate::scene::file::resolve(&named).map_err(|e| {
             let mut message = e.to_string();
-            if !message.contains("did you mean") {
-                message.push_str(&did_you_mean(self.scene_meant(file)));
+            // As this file would name it, and not as the program does.
+            if let Some(meant) = self.scene_meant(file) {
+                message.truncate(message.find("; did you mean").unwrap_or(message.len()));
+                message.push_str(&did_you_mean(Some(meant)));
             }
             self.source.error(def.file.span(), message)
         })?;
@@ -372,13 +374,14 @@ impl Resolver<'_> {
     /// to, or, of a name alone, that of a scene in the folder `scenes` beside the experiment's or in it.
     fn scene_meant(&self, file: &str) -> Option<String> {
         let folder = self.source.folder();
-        nearest_on_disk(&folder.join(file)).or_else(|| {
+        nearest_on_disk(folder, Path::new(file)).or_else(|| {
             let alone = Path::new(file).components().count() == 1;
             let places =
                 ["../scenes", "scenes"].into_iter().filter(|place| alone && folder.join(place).is_dir());
             places.into_iter().find_map(|place| {
-                let path = folder.join(place).join(file);
-                let name = if path.exists() { file.to_owned() } else { nearest_on_disk(&path)? };
+                let folder = folder.join(place);
+                let known = || Some(file.to_owned()).filter(|file| folder.join(file).exists());
+                let name = known().or_else(|| nearest_on_disk(&folder, Path::new(file)))?;
                 Some(format!("{place}/{name}"))
             })
         })
@@ -401,7 +404,7 @@ impl Resolver<'_> {
             }
             let path = self.source.folder().join(file.get_ref());
             if !path.is_file() {
-                let meant = did_you_mean(nearest_on_disk(&path));
+                let meant = did_you_mean(nearest_on_disk(self.source.folder(), Path::new(file.get_ref())));
                 let message = format!("there is no reference image `{}`{meant}", path.display());
                 return Err(self.source.error(file.span(), message));
             }

@@ -7,7 +7,7 @@ use super::results::{
     self, EstimatorInfo, EstimatorSettings, MetricInfo, Reference, Results, SCHEMA, SceneResult,
 };
 use super::store::{self, SceneKey};
-use super::{csv, machine, moved, waited};
+use super::{csv, leftovers, machine, moved, waited};
 use crate::error::{Error, Result};
 use crate::film::exr::{self, LayeredImage};
 use crate::film::false_color::{Scale, paint};
@@ -21,13 +21,9 @@ use crate::scene::file::{Overrides, load};
 use glam::UVec2;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
 /// The share of an error map's values that lies within its scale, over all estimators of a scene.
 const MAP_QUANTILE: f64 = 0.99;
-
-/// Folders of results have folders within folders to this depth.
-const DEPTH: u32 = 2;
 
 /// Holds, beside timed runs, what their times depend on.
 pub const CLOCK: &str = "clock";
@@ -68,7 +64,7 @@ pub enum Part {
 pub fn run(plan: &Plan, options: &Options, observer: &mut dyn Observer) -> Result<Results> {
     let scenes = load_scenes(plan)?;
     prepare_folder(options.out)?;
-    remove_leftovers(options.out, DEPTH);
+    leftovers::remove_half_written(options.out);
     let clock = clock_of(plan, options)?;
     let mut runner = Runner { plan, options, observer, results: skeleton(plan, &scenes), clock: &clock };
     if let Part::Shard { index, of } = options.part {
@@ -117,24 +113,6 @@ fn clock_of(plan: &Plan, options: &Options) -> Result<String> {
     prepare_folder(&folder)?;
     write_bytes(&path, own.as_bytes())?;
     Ok(own)
-}
-
-/// Deletes files that a process left half written an hour ago or more.
-fn remove_leftovers(dir: &Path, depth: u32) {
-    let old = |path: &Path| {
-        let modified = path.metadata().and_then(|m| m.modified()).ok()?;
-        Some(modified.elapsed().ok()? > Duration::from_secs(3600))
-    };
-    let Ok(entries) = std::fs::read_dir(dir) else { return };
-    for path in entries.flatten().map(|e| e.path()) {
-        if path.is_dir() && !path.is_symlink() && path.file_name().is_none_or(|n| n != store::FOLDER) {
-            if depth > 0 {
-                remove_leftovers(&path, depth - 1);
-            }
-        } else if store::is_partial(&path) && old(&path) == Some(true) {
-            let _ = std::fs::remove_file(path);
-        }
-    }
 }
 
 struct Runner<'a> {
@@ -195,6 +173,9 @@ impl Runner<'_> {
         let (plan, options) = (self.plan, self.options);
         let entry = &plan.scenes[index];
         let key = SceneKey::new(scene)?;
+        for warning in &scene.warnings {
+            self.observer.note(&format!("warning: {}: {warning}", entry.key));
+        }
         if let Some(hint) = moved::hint(plan, entry, &key, options.out) {
             self.observer.note(&hint);
         }
@@ -217,6 +198,9 @@ impl Runner<'_> {
             frozen: options.part == Part::Measure,
             stop: options.stop,
         };
+        if let Some(hint) = moved::fuller(&context)? {
+            self.observer.note(&hint);
+        }
         let measured = self.cells(&context)?;
         self.paint(&entry.key, &measured)?;
         self.save()

@@ -1,11 +1,11 @@
 //! How far an experiment has come: what is done, under way and left.
 
 use super::cell::SceneContext;
-use super::moved;
 use super::plan::Plan;
 use super::reference::{Maker, Making};
 use super::run::{clock, load_scenes};
 use super::store::{COSTS, FOLDER, SceneKey, Unit, is_busy};
+use super::{leftovers, moved};
 use crate::error::Result;
 use crate::render::{Budget, Silent, Spent, Stop};
 use std::collections::HashSet;
@@ -64,10 +64,12 @@ pub struct Status {
     pub rows: Vec<Row>,
     /// Whether it is measured, in the end, what techniques cost.
     pub costs: bool,
-    /// Scenes whose runs are there under another name.
+    /// Runs that are there and are not found: of scenes under another name, of estimators with more layers.
     pub hints: Vec<String>,
     /// Folders of runs with other settings, contents or code, and the bytes in them.
     pub stale: Vec<(PathBuf, u64)>,
+    /// Images and the like of estimators, scenes, runs and metrics that the experiment does not have any more, and their bytes.
+    pub taken_out: (Vec<PathBuf>, u64),
 }
 
 /// Looks at the folder of results `out`, and at that of references: runs that end at an error are named by their reference
@@ -90,6 +92,7 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
         let truth = truth.as_ref();
         let (key, clock, stop) = (&key, &clock, &stop);
         let context = SceneContext { plan, entry, scene, truth, out, key, clock, frozen: true, stop };
+        hints.extend(moved::fuller(&context)?);
         for estimator in &plan.estimators {
             let mut row = Row {
                 scene: entry.key.clone(),
@@ -127,7 +130,10 @@ pub fn status(plan: &Plan, out: &Path, cache: &Path) -> Result<Status> {
             rows.push(row);
         }
     }
-    Ok(Status { references, rows, costs: plan.figures.costs, hints, stale: stale(out, &current) })
+    let taken_out = leftovers::taken_out(plan, out);
+    let size = taken_out.iter().filter_map(|file| file.metadata().ok()).map(|m| m.len()).sum();
+    let (stale, taken_out) = (stale(out, &current), (taken_out, size));
+    Ok(Status { references, rows, costs: plan.figures.costs, hints, stale, taken_out })
 }
 
 /// How far a reference has come.

@@ -44,10 +44,10 @@ pub fn image_file(run: u32) -> String {
     format!("run-{run:02}.exr")
 }
 
-/// Whether a file is called as [`image_file`] calls it.
-pub fn is_image_file(name: &str) -> bool {
-    let number = name.strip_prefix("run-").and_then(|rest| rest.strip_suffix(".exr"));
-    number.is_some_and(|number| number.parse().is_ok_and(|run| image_file(run) == name))
+/// The run that a file is of which is called as [`image_file`] calls it.
+pub fn run_of(name: &str) -> Option<u32> {
+    let run = name.strip_prefix("run-")?.strip_suffix(".exr")?.parse().ok()?;
+    (image_file(run) == name).then_some(run)
 }
 
 /// An image on the way.
@@ -524,10 +524,10 @@ mod tests {
     #[test]
     fn images_of_runs_are_known_by_their_names() {
         for run in [0, 7, 99, 100, 12345] {
-            assert!(is_image_file(&image_file(run)), "{run}");
+            assert_eq!(run_of(&image_file(run)), Some(run));
         }
         for other in ["mean.exr", "run-.exr", "run-7.exr", "run-00.png", "run--1.exr", "run-00-old.exr"] {
-            assert!(!is_image_file(other), "{other}");
+            assert_eq!(run_of(other), None, "{other}");
         }
     }
 }

@@ -73,6 +73,11 @@ impl<'a> Replay<'a> {
         Ok(Self { scene, renderer: Renderer::new(scene, settings)?, pixel })
     }
 
+    /// The settings of the render.
+    pub fn settings(&self) -> &Settings {
+        self.renderer.settings()
+    }
+
     /// The constants of an iteration, as the render had them.
     pub fn pass(&self, iteration: u64) -> Pass {
         self.renderer.pass(iteration)

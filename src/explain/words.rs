@@ -4,21 +4,15 @@ use super::{Candidate, Found, Replay, candidates, exponent};
 use crate::oracle::collect::Traced;
 use crate::oracle::{MadeBy, judge};
 use crate::scene::Scene;
-use crate::transport::settings::Settings;
 use crate::transport::technique::Technique;
 use crate::transport::walk::Place;
 use glam::Vec3A;
 use std::fmt::Write;
 
-/// The pixel's samples, the largest first, and all about number `path` of them (from 1).
-pub fn text(
-    scene: &Scene,
-    settings: &Settings,
-    replay: &Replay,
-    found: &[Found],
-    path: usize,
-    most: usize,
-) -> String {
+/// The paths that contribute to the pixel, the largest contributions first, and all about number `path` of them (from 1). What one
+/// iteration adds is a sample of the pixel, as in samples per pixel.
+pub fn text(scene: &Scene, replay: &Replay, found: &[Found], path: usize, most: usize) -> String {
+    let settings = replay.settings();
     let mut text = String::new();
     let total: f64 = found.iter().map(|f| f64::from(f.luminance)).sum();
     let mut put = |line: String| {
@@ -28,10 +22,21 @@ pub fn text(
     if !settings.left_out.is_empty() {
         put(format!("Left out, as they are not worth what they cost here: {}.", settings.left_out));
     }
-    put(format!("{} samples, of a luminance of {total:.6e} in all; the largest:", found.len()));
+    let count = match found.len() {
+        0 => "No path contributes to these samples.".to_owned(),
+        1 => format!("1 path contributes, a luminance of {total:.6e}:"),
+        n if n <= most => format!("{n} paths contribute, a luminance of {total:.6e} in all:"),
+        n => format!(
+            "{n} paths contribute, a luminance of {total:.6e} in all; the {most} that contribute most:"
+        ),
+    };
+    put(count);
+    if found.is_empty() {
+        return text;
+    }
     put(format!(
         "{:>4} {:>10} {:<10} {:>3} {:>3} {:>13} {:>8} {:>13} {:>10}",
-        "", "iteration", "technique", "s", "t", "adds", "share", "unweighted", "weight"
+        "", "sample", "technique", "s", "t", "adds", "share", "unweighted", "weight"
     ));
     for (i, f) in found.iter().take(most).enumerate() {
         let sample = &f.sample;
@@ -50,7 +55,7 @@ pub fn text(
         ));
     }
     match found.get(path - 1) {
-        None => text.push_str("\nThere is no such path among them.\n"),
+        None => {}
         Some(Found { traced: None, sample, .. }) if sample.technique != Technique::Hit => {
             text.push_str("\nThis one was merged on a wall, where by rounding no medium is: nothing can be said of it.\n");
         }
@@ -58,7 +63,7 @@ pub fn text(
             text.push_str("\nThis one is light that a medium emits along the camera's way: no other technique makes it.\n");
         }
         Some(Found { traced: Some(traced), iteration, .. }) => {
-            let _ = writeln!(text, "\nNumber {path}, iteration {iteration}:");
+            let _ = writeln!(text, "\nPath {path}, of sample {iteration}:");
             vertices(scene, traced, &mut text);
             let verdict = judge(scene, &replay.pass(*iteration), &traced.path, traced.made_by());
             let beta = exponent(settings.heuristic);

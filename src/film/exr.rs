@@ -229,7 +229,7 @@ struct Contents {
 }
 
 fn read_file(path: &Path) -> Result<Contents> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read the image", &e))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
     decode(&bytes).map_err(|message| Error::file(path, message))
 }
 

@@ -50,6 +50,15 @@ pub enum Scale {
 }
 
 impl Scale {
+    /// The values at either end.
+    pub fn ends(self) -> (f32, f32) {
+        match self {
+            Self::Linear(white) => (0.0, white),
+            Self::Logarithmic(dark, light) => (dark, light),
+            Self::Signed(end) => (-end, end),
+        }
+    }
+
     /// The colour of `value`.
     pub fn color(self, value: f32) -> [u8; 3] {
         let ratio = |v: f32, whole: f32| if whole > 0.0 || v.is_nan() { v / whole } else { 0.0 };

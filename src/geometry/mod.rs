@@ -34,7 +34,7 @@ pub use aabb::Aabb;
 pub use mesh::TriangleMesh;
 pub use ray::{Footing, Ray, offset_origin, shadow_ray, shadow_ray_along};
 pub use shape::{Hit, ShapeDesc, SurfacePoint};
-pub use stats::{ShapeKind, ShapeStats};
+pub use stats::{Gap, ShapeKind, ShapeStats};
 
 use bvh::{Bvh, Found, Leaf, Primitive};
 use glam::{Vec2, Vec3A};

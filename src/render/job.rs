@@ -22,6 +22,8 @@ pub struct Job<'a> {
     pub budget: Budget,
     /// Number of the first iteration: a render that goes on with an earlier one starts where that ended.
     pub first: u64,
+    /// Seconds that it took to choose the settings, by pilots: a part of the budget.
+    pub chosen: f64,
 }
 
 /// What came of a [`Job`], or has come of it so far.
@@ -56,6 +58,7 @@ impl Job<'_> {
     /// Settings that make no sense for the scene.
     pub fn run(&self, stop: &Stop, observer: &mut dyn Observer) -> Result<Outcome> {
         let mut engine = Engine::new(self.scene, self.settings)?;
+        engine.setup += self.chosen;
         let mut outcome = engine.nothing_yet();
         while self.budget.goes_on(outcome.spent()) {
             if stop.requested() {

@@ -10,8 +10,8 @@ use super::numbers::{duration, percent, plural, significant};
 use super::paper::Paper;
 use super::picture::Picture;
 use super::techniques::{Row, energy_bar, images_row, rows, shown_kinds, size_note};
+use crate::film::Image;
 use crate::film::false_color::Scale;
-use crate::film::{Image, ScalarImage};
 
 /// Images of techniques are at most so large in the page.
 const SIDE: usize = 400;
@@ -103,11 +103,10 @@ fn explained(kind: Kind, view: &SceneView) -> String {
 
 /// The scale of the weights.
 fn weight_bar(m: &mut Markup) {
-    let ramp = ScalarImage { width: 256, height: 1, values: (0..256).map(|i| i as f32 / 255.0).collect() };
     m.tag("div", &[("class", &"color-bar")], |m| {
         m.leaf("span", &[], "mean weight:");
         m.leaf("span", &[("class", &"number")], "0");
-        if let Some(p) = Picture::of_map(&ramp, Scale::Linear(1.0), 256) {
+        if let Some(p) = Picture::of_scale(Scale::Linear(1.0)) {
             p.img(m, "colours of the mean weights from 0 to 1", &[]);
         }
         m.leaf("span", &[("class", &"number")], "1");

@@ -34,11 +34,10 @@ pub(super) fn map_scale<'a>(
 
 /// The scale of the maps under them: its colours with numbers.
 pub(super) fn color_bar(m: &mut Markup, metric: &MetricInfo, scale: f32) {
-    let ramp = ScalarImage { width: 256, height: 1, values: (0..256).map(|i| i as f32 / 255.0).collect() };
     m.tag("div", &[("class", &"color-bar")], |m| {
         m.leaf("span", &[], format!("{} a pixel, mean over the runs:", metric.label));
         m.leaf("span", &[("class", &"number")], "0");
-        if let Some(p) = Picture::of_map(&ramp, Scale::Linear(1.0), 256) {
+        if let Some(p) = Picture::of_scale(Scale::Linear(1.0)) {
             p.img(m, "colours of the error maps from the least to the greatest", &[]);
         }
         let top = significant(f64::from(scale), 3);

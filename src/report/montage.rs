@@ -4,7 +4,7 @@ use super::face;
 use super::markup::{Markup, svg};
 use super::palette::{Ink, Role};
 use super::paper::{LEAST_IMAGE, Paper};
-use super::picture::Picture;
+use super::picture::{Picture, SCALE_SHAPE};
 
 /// An image with what is written under it.
 #[derive(Default)]
@@ -21,9 +21,19 @@ pub(super) struct Tile {
     pub bar: Option<&'static str>,
 }
 
+/// The colours of a scale from its least value to its greatest, with what stands at either end.
+pub(super) struct ScaleBar {
+    /// The colours.
+    pub ramp: Picture,
+    /// At the left and at the right end.
+    pub ends: [String; 2],
+}
+
 /// Tiles beside each other.
 struct Row {
     name: String,
+    /// Under the tiles.
+    scale: Option<ScaleBar>,
     /// Of its images; none: as the montage's are.
     tile_width: Option<f64>,
     tiles: Vec<Tile>,
@@ -42,6 +52,8 @@ struct Style {
     font: f64,
     line: f64,
     gap: f64,
+    /// Width of the colours of a scale.
+    ramp: f64,
     /// From the image down to what the first line under it stands on.
     first: f64,
     /// Height of the coloured line under an image.
@@ -53,7 +65,8 @@ struct Style {
 }
 
 /// As large as its contents; in px.
-const FREE: Style = Style { font: 11.0, line: 15.0, gap: 8.0, first: 13.0, bar: 2.5, pen: 1.0, lines: 8 };
+const FREE: Style =
+    Style { font: 11.0, line: 15.0, gap: 8.0, ramp: 160.0, first: 13.0, bar: 2.5, pen: 1.0, lines: 8 };
 /// Room for the names of rows at their left, without a paper.
 const NAME_WIDTH: f64 = 114.0;
 /// On a paper, no label makes images wider than so many times the least.
@@ -66,6 +79,7 @@ const ORDINARY: f64 = 0.5;
 struct Line<'a> {
     heading: Vec<String>,
     tiles: &'a [Tile],
+    scale: Option<&'a ScaleBar>,
     tile_width: f64,
     /// Where the first image starts.
     left: f64,
@@ -78,6 +92,7 @@ impl Style {
             font,
             line: paper.line(),
             gap: paper.gap(),
+            ramp: (0.3 * paper.width).min(0.8 * SCALE_SHAPE as f64 * font),
             first: 1.1 * font,
             bar: 0.2 * font,
             pen: 0.5,
@@ -107,9 +122,14 @@ impl Montage {
         self.reach(row).tile_width = Some(tile_width);
     }
 
+    /// The colours of a row's maps and what they stand for, under it.
+    pub fn scale_row(&mut self, row: usize, scale: ScaleBar) {
+        self.reach(row).scale = Some(scale);
+    }
+
     fn reach(&mut self, row: usize) -> &mut Row {
         while self.rows.len() <= row {
-            self.rows.push(Row { name: String::new(), tile_width: None, tiles: Vec::new() });
+            self.rows.push(Row { name: String::new(), scale: None, tile_width: None, tiles: Vec::new() });
         }
         &mut self.rows[row]
     }
@@ -127,6 +147,7 @@ impl Montage {
         let lines = self.rows.iter().map(|row| Line {
             heading: Vec::new(),
             tiles: &row.tiles,
+            scale: row.scale.as_ref(),
             tile_width: tile_width(row),
             left: margin + 0.5 * (inner - row_width(row)),
         });
@@ -164,10 +185,13 @@ impl Montage {
             let mut heading = face::wrapped(&name, 0.95 * paper.width, paper.font, 2);
             let wide = |count: usize| count as f64 * (tile_width + style.gap) - style.gap;
             let most = columns.min(row.tiles.len());
-            for tiles in row.tiles.chunks(columns) {
+            let parts = row.tiles.chunks(columns);
+            let last = parts.len() - 1;
+            for (part, tiles) in parts.enumerate() {
                 // Parts of a row start below each other.
                 let left = 0.5 * (paper.width - wide(most));
-                lines.push(Line { heading: std::mem::take(&mut heading), tiles, tile_width, left });
+                let scale = row.scale.as_ref().filter(|_| part == last);
+                lines.push(Line { heading: std::mem::take(&mut heading), tiles, scale, tile_width, left });
             }
         }
         self.drawn(&style, paper.width, style.pen, &lines, "")
@@ -205,7 +229,25 @@ impl Line<'_> {
     /// Of all: heading, images, and the lines under them.
     fn height(&self, style: &Style) -> f64 {
         let lines = self.tiles.iter().map(|t| t.lines(self.tile_width, style).len() as f64);
-        self.heading_height(style) + self.image() + style.line * lines.fold(0.0, f64::max) + style.gap
+        let scale = self.scale.map_or(0.0, |_| style.line + style.gap);
+        self.heading_height(style) + self.image() + style.line * lines.fold(0.0, f64::max) + scale + style.gap
+    }
+
+    /// The scale, in the middle under the tiles.
+    fn draw_scale(&self, scale: &ScaleBar, m: &mut Markup, style: &Style, bottom: f64) {
+        let (width, height) = (style.ramp, style.ramp / SCALE_SHAPE as f64);
+        let count = self.tiles.len() as f64;
+        let middle = self.left + 0.5 * (count * (self.tile_width + style.gap) - style.gap);
+        // Between the margins, however narrow the tiles are.
+        let left = (middle - 0.5 * width).max(self.left + 4.0 * style.font);
+        let base = bottom - style.gap - 0.3 * style.line;
+        image(m, &scale.ramp, [left, base - height, width, height], false);
+        frame(m, [left, base - height, width, height], Ink::Paper.color(Role::Grid), style.pen);
+        let [low, high] = &scale.ends;
+        let ends = [(left - 0.5 * style.gap, "end", low), (left + width + 0.5 * style.gap, "start", high)];
+        for (x, anchor, text) in ends {
+            m.leaf("text", &[("x", &x), ("y", &base), ("text-anchor", &anchor)], text);
+        }
     }
 
     fn draw(&self, m: &mut Markup, style: &Style, y: f64) {
@@ -217,6 +259,9 @@ impl Line<'_> {
         for (i, tile) in self.tiles.iter().enumerate() {
             let x = self.left + (self.tile_width + style.gap) * i as f64;
             tile.draw(m, style, [x, y], [self.tile_width, self.image()]);
+        }
+        if let Some(scale) = self.scale {
+            self.draw_scale(scale, m, style, y - self.heading_height(style) + self.height(style));
         }
     }
 }
@@ -296,6 +341,7 @@ mod tests {
     use super::super::markup::imbalance;
     use super::*;
     use crate::film::Image;
+    use crate::film::false_color::Scale;
 
     #[test]
     fn rows_of_any_length_are_drawn() {
@@ -306,11 +352,21 @@ mod tests {
                 montage
                     .push(row, Tile { picture, label: "s & t".into(), pixelated: true, ..Tile::default() });
             }
+            if row == 1 {
+                let ramp = Picture::of_scale(Scale::Signed(0.5)).unwrap();
+                montage.scale_row(row, ScaleBar { ramp, ends: ["−0.5".into(), "0.5".into()] });
+            }
             montage.name_row(row, "k\n×2");
         }
         let svg = montage.svg();
         assert_eq!(imbalance(&svg), None);
-        assert_eq!(svg.matches("<image").count(), 4);
+        assert_eq!(svg.matches("<image").count(), 5);
+        assert_eq!(
+            svg.matches("width=\"160\" height=\"10\"").count(),
+            2,
+            "the colours and their frame: {svg}"
+        );
+        assert!(svg.contains(">−0.5<") && svg.contains(">0.5<"));
         assert_eq!(svg.matches("s &amp; t").count(), 6);
         assert_eq!(svg.matches("height=\"50\"").count(), 6, "places without an image are as high: {svg}");
     }

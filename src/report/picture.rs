@@ -17,6 +17,9 @@ pub(super) struct Picture {
     factor: usize,
 }
 
+/// By how much pictures of scales are wider than high.
+pub(super) const SCALE_SHAPE: usize = 16;
+
 impl Picture {
     /// An image through 2^`stops` and the sRGB curve, at most `most` pixels wide or high; `None` for an empty one.
     pub fn of(image: &Image, stops: f32, most: usize) -> Option<Self> {
@@ -38,6 +41,16 @@ impl Picture {
         let values = small.pixels.iter().map(|p| p[0]).collect();
         let map = ScalarImage { width: small.width, height: small.height, values };
         Self::encode(&false_color::paint(&map, scale), factor)
+    }
+
+    /// The colours of a scale that is not logarithmic from its least value to its greatest; [`SCALE_SHAPE`] times as wide as high.
+    pub fn of_scale(scale: false_color::Scale) -> Option<Self> {
+        const STEPS: usize = 256;
+        let (low, high) = scale.ends();
+        let value = |i: usize| low + (high - low) * (i % STEPS) as f32 / (STEPS - 1) as f32;
+        let height = STEPS / SCALE_SHAPE;
+        let ramp = ScalarImage { width: STEPS, height, values: (0..STEPS * height).map(value).collect() };
+        Self::encode(&false_color::paint(&ramp, scale), 1)
     }
 
     fn encode(shown: &DisplayImage, factor: usize) -> Option<Self> {

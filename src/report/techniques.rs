@@ -4,7 +4,7 @@ use super::comparison::{energy as energy_text, shown};
 use super::context::{Context, Entry, SceneView};
 use super::layers::{Group, Kind, energy, families, name};
 use super::markup::Markup;
-use super::montage::{Montage, Tile};
+use super::montage::{Montage, ScaleBar, Tile};
 use super::numbers::significant;
 use super::paper::Paper;
 use super::picture::{Picture, factor};
@@ -254,6 +254,9 @@ fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row], paper
             montage.push(line + 1, tile);
         }
         montage.name_row(line + 1, ["weighted", "unweighted", "mean weight"][place(kind)]);
+        if let Some(ramp) = Picture::of_scale(Scale::Linear(1.0)).filter(|_| kind == Kind::Weight) {
+            montage.scale_row(line + 1, ScaleBar { ramp, ends: ["0".into(), "1".into()] });
+        }
     }
     montage.on(paper)
 }

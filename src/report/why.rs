@@ -3,7 +3,7 @@
 use super::comparison::{shown, swatch};
 use super::context::{Context, Entry, SceneView, estimate};
 use super::markup::Markup;
-use super::montage::{Montage, Tile};
+use super::montage::{Montage, ScaleBar, Tile};
 use super::numbers::{percent, significant};
 use super::paper::Paper;
 use super::picture::Picture;
@@ -228,8 +228,14 @@ fn spread(
             let (label, fact) = (entry.info.label.clone(), "no map: one sample a pixel".to_owned());
             montage.push(rows, Tile { label, fact, ..Tile::default() });
         }
-        let lines = range.replace(", ", ",\n");
-        montage.name_row(rows, &format!("{}\n{lines}", if signed { "bias" } else { "variance" }));
+        montage.name_row(
+            rows,
+            if signed { "mean over the runs\nless the reference" } else { "variance of\na pixel in a run" },
+        );
+        if let Some(ramp) = Picture::of_scale(scale) {
+            let low = if signed { format!("−{ends}") } else { "0".to_owned() };
+            montage.scale_row(rows, ScaleBar { ramp, ends: [low, ends] });
+        }
         rows += 1;
         row(m, view, title, columns);
         lacking.iter().for_each(|text| m.leaf("p", &[("class", &"note")], text));

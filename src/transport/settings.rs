@@ -76,6 +76,17 @@ pub enum Layers {
     All,
 }
 
+impl Layers {
+    /// As users write it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Families => "families",
+            Self::All => "all",
+        }
+    }
+}
+
 /// Resolved settings of a render. Everything that decides the pixels beside the scene is here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {

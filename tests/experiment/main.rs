@@ -182,27 +182,32 @@ fn tables_have_a_row_a_number() {
         for run in &cell.runs {
             for (metric, value) in &run.metrics {
                 let summary = cell.summary.iter().find(|s| s.metric == *metric).unwrap();
-                assert_eq!(get(Some(run.index), metric), (*value, ends(cell.metric(metric).unwrap())));
+                assert_eq!(get(Some(run.index), metric), (*value, None), "an interval is of all runs");
                 let measured =
                     values.get(&(cell.estimator.clone(), Some(run.index), format!("{metric}_measured")));
                 // FLIP has no part that is the reference's noise.
                 assert_eq!(measured.is_some(), metric != "flip");
-                if let Some((measured, interval)) = measured {
-                    assert!(
-                        (measured - value - summary.noise.unwrap()).abs() < 1e-12
-                            && summary.noise > Some(0.0)
-                    );
-                    assert_eq!(*interval, ends(summary.measured.unwrap()));
+                if let Some((measured, _)) = measured {
+                    let apart = (measured - value - summary.noise.unwrap()).abs();
+                    assert!(apart < 1e-12 && summary.noise > Some(0.0));
+                    let all = summary.measured.unwrap();
+                    assert_eq!(get(None, &format!("{metric}_measured")), (all.mean, ends(all)));
                 }
             }
             assert_eq!(run.metrics["relmse"], run.relmse.unwrap());
             assert_eq!(get(Some(run.index), "spp").0, 4.0);
-            assert_eq!(get(Some(run.index), "seconds"), (run.seconds, ends(cell.seconds)));
+            assert_eq!(get(Some(run.index), "seconds"), (run.seconds, None));
         }
+        assert_eq!(get(None, "seconds"), (cell.seconds.mean, ends(cell.seconds)));
+        assert_eq!(get(None, "spp").0, 4.0);
+        let mean = (0..3).map(|run| get(Some(run), "mean").0).sum::<f64>() / 3.0;
+        assert!((get(None, "mean").0 / mean - 1.0).abs() < 1e-12 && get(None, "mean").1.is_some());
         // What the page shows is the mean of the rows.
         for metric in ["relmse", "mse", "flip"] {
             let mean = (0..3).map(|run| get(Some(run), metric).0).sum::<f64>() / 3.0;
-            let shown = cell.metric(metric).unwrap().mean;
+            let shown = cell.metric(metric).unwrap();
+            assert_eq!(get(None, metric), (shown.mean, ends(shown)));
+            let shown = shown.mean;
             assert!((mean - shown).abs() <= 1e-12 * shown.abs(), "{mean} {shown}");
         }
         for (name, e) in [
@@ -225,12 +230,12 @@ fn tables_have_a_row_a_number() {
                 assert_eq!(get(None, &format!("{name}.{}", share.technique)), (e.mean, ends(e)));
             }
         }
-        expected += 3 * (3 + 2 + 3) + 5 + 4 * cell.techniques.len();
+        expected += (3 + 1) * (3 + 2 + 3) + 5 + 4 * cell.techniques.len();
     }
     assert_eq!(
         values.len(),
         expected,
-        "runs × (metrics, two as measured, mean, spp, seconds), and those over the runs"
+        "runs and their mean × (metrics, two as measured, mean, spp, seconds), and those over the runs"
     );
 }
 
@@ -415,7 +420,7 @@ fn wrong_experiments_are_pointed_at() {
         (
             "preset = \"bpt\"\nspp = 24",
             "file = \"small/scen.toml\"",
-            &["experiment.toml:8:8", "no reference image", "did you mean `scene.toml`?"],
+            &["experiment.toml:8:8", "no reference image", "did you mean `small/scene.toml`?"],
         ),
         ("exposure = 0.5", "exposure = nan", &["experiment.toml:13:", "NaN"]),
         ("layers = \"families\"", "color = \"red\"", &["experiment.toml:", "#rrggbb"]),

@@ -96,9 +96,9 @@ fn scenes_that_are_not_there_are_guessed() {
     for (file, meant) in [
         ("small", "did you mean `../scenes/small`?"),
         ("smal", "did you mean `../scenes/small`?"),
-        ("../scenes/samll", "did you mean `small`?"),
-        ("../scene/small", "did you mean `scenes`?"),
-        ("../scenes/smalll/scene.toml", "did you mean `small`?"),
+        ("../scenes/samll", "did you mean `../scenes/small`?"),
+        ("../scene/small", "did you mean `../scenes/small`?"),
+        ("../scenes/smalll/scene.toml", "did you mean `../scenes/small/scene.toml`?"),
     ] {
         let text = EXPERIMENT.replace("file = \"small\"", &format!("file = \"{file}\""));
         bench.write("experiments/e.toml", &text);
@@ -158,4 +158,29 @@ fn a_page_says_when_runs_were_rendered() {
     bench.succeed("run experiment.toml --set runs=3");
     let more = results(&bench);
     assert!(more.rendered().unwrap()[0] == rendered[0] && more.rendered().unwrap()[1] > rendered[1].as_str());
+}
+
+/// Bug that this keeps out: what a figure had asked for was taken out, and all was rendered again without a word.
+#[test]
+fn runs_with_more_layers_are_told_of() {
+    let bench = Bench::new();
+    let text = fs::read_to_string(bench.path("experiment.toml")).unwrap();
+    let (plain, all) = (text.replace("layers = \"families\"\n", ""), "layers = \"all\"\n");
+    let hint = "small: there are runs of pt, all with layers = \"all\"";
+    bench.write("experiment.toml", &format!("{all}{plain}"));
+    let (_, said) = bench.succeed("run experiment.toml");
+    assert!(!said.contains("there are runs"), "{said}");
+    bench.write("experiment.toml", &plain);
+    let (out, _) = bench.succeed("status experiment.toml");
+    assert!(out.contains(hint), "{out}");
+    let (_, said) = bench.succeed("run experiment.toml");
+    assert!(said.contains(hint) && said.contains("`layers = \"all\"` in the experiment"), "{said}");
+    // Nothing more to say once they are there; and more layers than before are no question.
+    let (_, said) = bench.succeed("run experiment.toml");
+    assert!(!said.contains("there are runs"), "{said}");
+    fs::remove_dir_all(bench.path("results")).unwrap();
+    bench.succeed("run experiment.toml");
+    bench.write("experiment.toml", &format!("{all}{plain}"));
+    let (_, said) = bench.succeed("run experiment.toml");
+    assert!(!said.contains("there are runs"), "{said}");
 }

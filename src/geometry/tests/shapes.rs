@@ -107,13 +107,23 @@ fn open_and_folded_meshes_are_not_closed() {
     };
     let all = ball.indices().to_vec();
     assert!(rebuilt(all.clone()).closed && rebuilt(all.clone()).volume.unwrap() > 0.0);
-    assert!(!rebuilt(all[1..].to_vec()).closed, "a hole");
+    assert_eq!(rebuilt(all.clone()).gap, None);
+    let hole = rebuilt(all[1..].to_vec());
+    let corners = all[0].map(|i| ball.positions()[i as usize]);
+    let of_the_hole =
+        |gap| matches!(gap, Some(Gap::Open { edges: 3, one }) if one.iter().all(|p| corners.contains(p)));
+    assert!(!hole.closed && hole.volume.is_none() && of_the_hole(hole.gap), "a hole: {:?}", hole.gap);
     let mut turned = all.clone();
     turned[3].swap(0, 1);
-    assert!(!rebuilt(turned).closed, "a triangle turned over");
+    let turned = rebuilt(turned);
+    assert!(
+        !turned.closed && matches!(turned.gap, Some(Gap::Turned { edges: 3, .. })),
+        "a triangle turned over"
+    );
     let inside_out = rebuilt(all.iter().map(|&[a, b, c]| [a, c, b]).collect());
     assert!(inside_out.closed && inside_out.volume.unwrap() < 0.0);
-    assert!(!rebuilt([&all[..], &all[..1]].concat()).closed, "a triangle twice");
+    let twice = rebuilt([&all[..], &all[..1]].concat());
+    assert!(matches!(twice.gap, Some(Gap::Open { edges: 3, .. })), "a triangle twice");
 }
 
 #[test]

@@ -22,7 +22,7 @@ mod textures;
 mod transform;
 pub mod values;
 
-use crate::error::{Error, Result, from_root, nearest};
+use crate::error::{Error, Result, did_you_mean, from_root, nearest};
 use crate::geometry::Geometry;
 use crate::light::{Light, Lights};
 use crate::scene::import;
@@ -61,7 +61,7 @@ pub fn resolve(scene: &Path) -> Result<PathBuf> {
         return Ok(scene.to_owned());
     }
     let Some(name) = scene.to_str().filter(|s| scene.components().count() == 1 && !s.contains('.')) else {
-        return Err(Error::file(scene, "there is no such scene file"));
+        return Err(Error::missing(scene, "scene file"));
     };
     let folder = Path::new("scenes");
     let known = known_scenes(folder);
@@ -78,9 +78,7 @@ pub fn resolve(scene: &Path) -> Result<PathBuf> {
     if !known.is_empty() {
         message.push_str(&format!("; there: {}", known.join(", ")));
     }
-    if let Some(meant) = nearest(name, known.iter().map(String::as_str)) {
-        message.push_str(&format!("; did you mean {meant}?"));
-    }
+    message.push_str(&did_you_mean(nearest(name, known.iter().map(String::as_str))));
     Err(Error::file(scene, message))
 }
 

@@ -77,7 +77,8 @@ fn solid(
     };
     if let Some(what) = bounds_something {
         if !stats.closed {
-            context.warn(spanned.span(), format!("`{name}` {what} but not closed: it has no inside"));
+            let why = stats.gap.map_or(String::new(), |gap| format!(" ({gap})"));
+            context.warn(spanned.span(), format!("`{name}` {what} but not closed: it has no inside{why}"));
         } else if stats.volume.is_some_and(|v| v < 0.0) {
             context.warn(spanned.span(), format!("`{name}` {what} and inside out: its inside is outside"));
         }

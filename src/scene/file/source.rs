@@ -43,10 +43,7 @@ impl Source {
                     Err(Error::at(path, line + 1, 0, "is not a text file: a byte here is not UTF-8"))
                 }
             },
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                Err(Error::file(path, "there is no such file"))
-            }
-            Err(e) => Err(Error::io(path, "read it", &e)),
+            Err(e) => Err(Error::unreadable(path, &e)),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::transport::technique::{Technique, TechniqueSet};
 use serde::Deserialize;
 
 /// `merge = { kernel, photon_beams, camera_beams, first, most_photons, most_beams, camera_continuation, direct, efficient,
-/// surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
+/// radius, alpha, paths, surf = {…}, pp3d = {…}, pb2d = {…}, bp2d = {…}, bb1d = {…} }`.
 #[derive(Deserialize, Clone, Copy, Debug, Default, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct MergeDef {
@@ -32,6 +32,12 @@ pub struct MergeDef {
     /// Whether the radii and counts that are left open, `direct` and `camera_continuation`, are chosen for the least error in a given
     /// time, where a technique that is worth less than it costs is left out; default true. Else each technique has as many merges.
     pub efficient: Option<bool>,
+    /// Radius of each technique that says none of its own, in the same words.
+    pub radius: Option<RadiusDef>,
+    /// How the kernel's measure shrinks, of each technique that does not say it.
+    pub alpha: Option<f32>,
+    /// Light subpaths of each technique that does not say how many, in the same words.
+    pub paths: Option<PathsDef>,
     /// Of surface merging.
     pub surf: Option<GatherDef>,
     /// Of P-P3D.
@@ -97,6 +103,15 @@ pub enum PathsDef {
 }
 
 impl GatherDef {
+    /// With what is said of all techniques, where this says nothing of its own.
+    fn or(self, all: Self) -> Self {
+        Self {
+            radius: self.radius.or(all.radius),
+            alpha: self.alpha.or(all.alpha),
+            paths: self.paths.or(all.paths),
+        }
+    }
+
     fn resolve(self) -> Gather {
         let default = Gather::default();
         Gather {
@@ -144,7 +159,8 @@ impl MergeDef {
         let first = self.first.unwrap_or(first);
         // Along the only edge that merges, the whole ray is worth its time.
         let camera_beams = if first { Beams::Long } else { default.camera_beams };
-        let gather = |def: Option<GatherDef>| def.unwrap_or_default().resolve();
+        let all = GatherDef { radius: self.radius, alpha: self.alpha, paths: self.paths };
+        let gather = |def: Option<GatherDef>| def.unwrap_or_default().or(all).resolve();
         MergeSettings {
             of: [self.surf, self.pp3d, self.pb2d, self.bp2d, self.bb1d].map(gather),
             kernel: self.kernel.unwrap_or(default.kernel),
@@ -175,6 +191,19 @@ mod tests {
         assert_eq!((merging.of[0].radius, merging.of[0].alpha), (Radius::Footprint(2.0), 1.0));
         assert_eq!((merging.kernel, merging.first), (Kernel::Epanechnikov, true));
         assert_eq!(merging.of[1], Gather::default());
+    }
+
+    #[test]
+    fn what_is_said_of_all_holds_where_nothing_else_is() {
+        let entries = ["radius=0.02", "alpha=1", "surf.radius=0.01", "pb2d.paths=5", "pb2d.alpha=0.5"];
+        let of = MergeDef::parse(&entries.map(str::to_owned)).unwrap().resolve(false).of;
+        let radii = of.map(|gather| gather.radius);
+        let [own, all] = [0.01, 0.02].map(Radius::Absolute);
+        assert_eq!(radii, [own, all, all, all, all]);
+        assert_eq!(of.map(|gather| gather.alpha), [1.0, 1.0, 0.5, 1.0, 1.0]);
+        assert_eq!((of[2].paths, of[3].paths), (PathCount::Absolute(5), PathCount::Auto));
+        let of = MergeDef::parse(&["paths={per_pixel=0.5}".into()]).unwrap().resolve(false).of;
+        assert!(of.iter().all(|gather| gather.paths == PathCount::PerPixel(0.5)));
     }
 
     #[test]

@@ -16,10 +16,7 @@ pub(super) struct Data {
 
 impl Data {
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => Error::file(path, "there is no such file"),
-            _ => Error::io(path, "read it", &e),
-        })?;
+        let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
         let (json, binary) = if bytes.starts_with(b"glTF") { glb(path, &bytes)? } else { (&bytes[..], None) };
         let root: Root = serde_json::from_slice(json).map_err(|e| {
             let message = e.to_string();

@@ -169,10 +169,7 @@ struct Reader {
 impl Reader {
     /// Reads a file that is included at `from`: its outermost element.
     fn file(&mut self, path: &Path, from: &Place) -> Result<Rc<Element>> {
-        let real = path.canonicalize().map_err(|e| match e.kind() {
-            std::io::ErrorKind::NotFound => Error::file(path, "there is no such file"),
-            _ => Error::io(path, "read it", &e),
-        })?;
+        let real = path.canonicalize().map_err(|e| Error::unreadable(path, &e))?;
         if self.within.contains(&real) {
             return Err(from.error(format!("`{}` includes itself", path.display())));
         }

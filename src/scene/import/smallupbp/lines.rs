@@ -55,10 +55,7 @@ impl Line {
 
 /// The lines of a file without comments and empty ones.
 pub(super) fn read(path: &Path) -> Result<Vec<Line>> {
-    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::file(path, "there is no such file"),
-        _ => Error::io(path, "read it", &e),
-    })?;
+    let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
     Ok(parse(path, &bytes))
 }
 

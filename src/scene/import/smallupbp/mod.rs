@@ -42,10 +42,7 @@ struct Material {
 /// With file and line of what cannot be read.
 pub fn read(path: &Path) -> Result<Imported> {
     crate::stage::begin(format!("reading {}", path.display()));
-    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::file(path, "there is no such file"),
-        _ => Error::io(path, "read it", &e),
-    })?;
+    let bytes = std::fs::read(path).map_err(|e| Error::unreadable(path, &e))?;
     let obj = Obj::parse(path, &bytes)?;
     drop(bytes);
     let beside = aux_path(path);
