@@ -1,4 +1,4 @@
-//! What bookkeeping costs: CPU time of iterations into films of no, default and all layers, beside the same subpaths
+//! What bookkeeping costs: CPU time of iterations into films of no layers (the default), of families and of all, beside the same subpaths
 //! whose samples are added up to an image and nothing else.
 //!
 //!     cargo bench --bench film [-- SCENE PRESET SIZE ROUNDS]
@@ -252,7 +252,7 @@ fn main() {
         "{name}, {preset}, {side}x{side}, {per_pixel:.1} samples a pixel and iteration, medians of {rounds}:"
     );
     let base = if merges { 2 } else { 1 };
-    for (i, name) in ["racy", "ordered", "none", "default", "all"].into_iter().enumerate() {
+    for (i, name) in ["racy", "ordered", "none", "families", "all"].into_iter().enumerate() {
         if times[i].is_empty() {
             continue;
         }

@@ -1,8 +1,8 @@
 //! Rung 3 on the scenes of `scenes/`: pt = bpt, on the mean of the image and of each tile.
 //!
 //! A short run is part of the suite. `TYNDALL_STUDY=1` asks for the long one (scripts/README.md), in which every scene
-//! gets as many iterations as are needed to see a bias of 0.5% of the image mean, in [`MOST`] seconds at most;
-//! `TYNDALL_STUDY=candle` for the cases whose name begins so, and no others.
+//! gets as many iterations as are needed to see a bias of 0.5% of the image mean, in [`MOST`] seconds at most, or in
+//! `TYNDALL_STUDY_SECONDS`; `TYNDALL_STUDY=candle` for the cases whose name begins so, and no others.
 
 use crate::measure::{Means, Runs};
 use glam::UVec2;
@@ -105,8 +105,8 @@ const CASES: [Case; 21] = [
 /// The bias of the image mean that the long study shall see.
 const SMALLEST: f64 = 0.005;
 
-/// Seconds that the long study gives a scene, at most, on all threads. One that would need more is told by what can be
-/// seen after them.
+/// Seconds that the long study gives a scene, at most, on all threads, unless it is told. One that would need more is told by
+/// what can be seen after them.
 const MOST: f64 = 3600.0;
 
 /// How far the study foresees: a variance tells little of one by this many times as many iterations, since few of them miss
@@ -141,7 +141,9 @@ impl Case {
         pair.iter_mut().for_each(|runs| runs.extend(PILOT));
         self.compare(&pair, f64::INFINITY);
         if study {
-            let sharp = sharpen(&mut pair);
+            let told =
+                std::env::var("TYNDALL_STUDY_SECONDS").map(|text| text.parse().expect("a number of seconds"));
+            let sharp = sharpen(&mut pair, told.unwrap_or(MOST));
             self.compare(&pair, if sharp { SMALLEST } else { f64::INFINITY });
         }
     }
@@ -159,13 +161,13 @@ fn means(pair: &[Runs; 2]) -> [Means; 2] {
     [0, 1].map(|which| Means::of(&pair[which].images()))
 }
 
-/// Extends both until they tell a bias of [`SMALLEST`], or [`MOST`] seconds have gone: says whether they do. How far
+/// Extends both until they tell a bias of [`SMALLEST`], or `most` seconds have gone: says whether they do. How far
 /// each goes only the variances and the costs say.
-fn sharpen(pair: &mut [Runs; 2]) -> bool {
+fn sharpen(pair: &mut [Runs; 2], most: f64) -> bool {
     loop {
         let [a, b] = means(pair);
         let seen = a.detectable(&b);
-        let left = MOST - pair[0].seconds - pair[1].seconds;
+        let left = most - pair[0].seconds - pair[1].seconds;
         if seen <= SMALLEST || left <= 0.0 {
             return seen <= SMALLEST;
         }
