@@ -239,7 +239,15 @@ fn what_was_taken_out_is_pruned() {
     // Without anything of somebody else, the folder goes, too.
     bench.write("experiment.toml", &less.replace("name = \"all\"", "name = \"both\""));
     bench.succeed("status experiment.toml --prune");
-    assert!(!there("all"));
+    assert!(!there("all") && there("reference.exr") && there("reference.png"));
+    // A scene that is no more takes its reference along.
+    bench.write("experiment.toml", &less.replace("file = \"small\"", "file = \"small\"\nname = \"other\""));
+    let (out, _) = bench.succeed("status experiment.toml --prune");
+    assert!(
+        out.contains("deleted 2 files of what was taken out") && out.contains("results/experiment/small"),
+        "{out}"
+    );
+    assert!(!there("reference.exr") && !there("reference.png") && notes.iter().all(|note| note.exists()));
 }
 
 #[test]

@@ -2,14 +2,14 @@
 
 use super::args::ExplainArgs;
 use super::progress::while_loading;
-use super::render::{DEFAULT_SPP, settings, techniques};
+use super::render::{DEFAULT_SPP, pinned, settings, techniques};
 use super::session::{Ending, print, stop_on_interrupt, with_threads};
 use crate::error::{Error, Result};
 use crate::experiment::store::{SceneKey, run_of};
 use crate::explain::{Found, Largest, Replay, command, largest, text};
 use crate::film::exr::{LayeredImage, read_layers};
 use crate::render::files::{
-    OUTLIERS, REFERENCE, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE, entries,
+    OUTLIERS, REFERENCE, RENDERING, RUNS, Resolved, SCENE_CONTENTS, SCENE_FILE, entries, folders,
 };
 use crate::scene::Scene;
 use crate::scene::file::{Overrides, load, resolve};
@@ -53,10 +53,7 @@ pub fn run(args: &ExplainArgs, given: &[String]) -> Result<Ending> {
     let settings = settings(&args.of, techniques, &scene)?;
     let spp = args.of.spp;
     let iterations = match args.sample {
-        Some(sample) => {
-            spp.map_or(Ok(()), |spp| within(sample, spp))?;
-            sample..sample + 1
-        }
+        Some(sample) => only(sample, spp.unwrap_or(u64::MAX))?,
         None => 0..spp.unwrap_or(DEFAULT_SPP),
     };
     let explained = explain(args, &scene, settings, pixel, iterations)?;
@@ -64,10 +61,10 @@ pub fn run(args: &ExplainArgs, given: &[String]) -> Result<Ending> {
     Ok(explained.ending)
 }
 
-/// Nothing, where so many samples have one of this number.
-fn within(sample: u64, spp: u64) -> Result<()> {
+/// The iterations of this sample alone, where so many samples have one of this number.
+fn only(sample: u64, spp: u64) -> Result<Range<u64>> {
     if sample < spp {
-        return Ok(());
+        return Ok(sample..sample + 1);
     }
     Err(Error::usage(format!(
         "there is no sample {sample}: those of {spp} spp have the numbers 0 to {}",
@@ -93,7 +90,7 @@ fn explain(
 ) -> Result<Explained> {
     let stop = stop_on_interrupt()?;
     with_threads(args.of.threads, || {
-        let replay = Replay::new(scene, settings.pinned(scene), UVec2::from_array(pixel))?;
+        let replay = Replay::new(scene, pinned(&settings, scene), UVec2::from_array(pixel))?;
         let mut found: Vec<Found> = Vec::new();
         for iteration in iterations {
             if stop.requested() {
@@ -104,7 +101,7 @@ fn explain(
         // What is not finite first: a render drops it, and it wants explaining most.
         let size = |f: &Found| if f.luminance.is_nan() { f32::INFINITY } else { f.luminance };
         found.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        if args.path > found.len().max(1) {
+        if args.path > found.len().max(1) && !stop.requested() {
             let paths =
                 if found.len() == 1 { "path is".into() } else { format!("{} paths are", found.len()) };
             let message = format!("there is no --path {}: {paths} there", args.path);
@@ -151,19 +148,19 @@ fn of_file(args: &ExplainArgs, path: &Path, given: &[String]) -> Result<Ending> 
         print(made.list(path, &all, args.top))?;
         return Ok(Ending::Done);
     };
-    args.sample.map_or(Ok(()), |sample| within(sample, made.iterations))?;
+    let asked = args.sample.map(|sample| only(sample, made.iterations)).transpose()?;
     let scene = made.scene(path)?;
     let settings = made.settings(path, &scene)?;
     // Without the layer it is not known which sample is the largest: all are looked at.
     let Some(all) = outliers else {
-        let iterations = args.sample.map_or(0..made.iterations, |n| n..n + 1);
+        let iterations = asked.unwrap_or(0..made.iterations);
         let explained = explain(args, &scene, settings, pixel, iterations)?;
         print(explained.words)?;
         return Ok(explained.ending);
     };
     let known = all.iter().find(|l| l.pixel == pixel);
     let sample = args.sample.or(known.map(|l| l.iteration));
-    let iterations = sample.map_or(0..0, |n| n..n + 1);
+    let iterations = sample.map_or(Ok(0..0), |n| only(n, made.iterations))?;
     let Explained { words, whole, ending } = explain(args, &scene, settings, pixel, iterations)?;
     let Some(sample) = sample else {
         print(format!("No sample added anything to the pixel {},{}.\n", pixel[0], pixel[1]))?;
@@ -202,8 +199,8 @@ fn beside(path: &Path) -> String {
 
 /// What to explain instead of a reference.
 fn of_a_reference(path: &Path) -> String {
-    let folders = entries(path.parent().unwrap_or(Path::new("")));
-    let run = folders.iter().filter(|f| f.is_dir()).find_map(|folder| runs_in(folder).into_iter().next());
+    let folders = folders(path.parent().unwrap_or(Path::new("")));
+    let run = folders.iter().find_map(|folder| runs_in(folder).into_iter().next());
     let run = run.map_or_else(|| "run-00.exr …".to_owned(), |run| run.display().to_string());
     format!("is a reference, and has no samples of its own: explain a run that is measured against it: {run}")
 }

@@ -55,8 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<Ending> {
     let stop = stop_on_interrupt()?;
     let (settings, outcome) = with_threads(args.of.threads, || {
         let start = Instant::now();
-        stage::begin("choosing radii, counts and shares");
-        let settings = while_loading(|| settings.pinned(&scene));
+        let settings = pinned(&settings, &scene);
         let chosen = start.elapsed().as_secs_f64();
         let job = Job { scene: &scene, settings, budget, first: 0, chosen };
         let mut progress = Progress::new().with_tev(args.tev.as_deref());
@@ -99,9 +98,8 @@ pub fn settings(args: &SamplesArgs, techniques: TechniqueSet, scene: &Scene) -> 
     settings.light_starts = args.light_starts.into();
     settings.tracking = args.tracking.into();
     let merge = MergeDef::parse(&args.merge)?;
-    for technique in merge.idle(techniques) {
-        let key = technique.info().key;
-        eprintln!("warning: --merge {key}… changes nothing: {key} is not among the techniques {techniques}");
+    for (key, why) in merge.idle(techniques) {
+        eprintln!("warning: --merge {key}… changes nothing: {why}");
     }
     settings.merging = merge.resolve(first);
     settings.seed = args.seed;
@@ -119,6 +117,12 @@ pub fn settings(args: &SamplesArgs, techniques: TechniqueSet, scene: &Scene) -> 
         );
     }
     Ok(settings)
+}
+
+/// With what is open chosen, and shown that it is if it takes long.
+pub fn pinned(settings: &Settings, scene: &Scene) -> Settings {
+    stage::begin("choosing radii, counts and shares");
+    while_loading(|| settings.pinned(scene))
 }
 
 fn outputs(args: &RenderArgs, scene: &Scene, techniques: TechniqueSet) -> Result<Outputs> {

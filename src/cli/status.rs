@@ -6,7 +6,7 @@ use super::progress::clock;
 use super::run::open;
 use super::session::{Ending, print, several, with_threads};
 use crate::error::{Error, Result};
-use crate::experiment::leftovers;
+use crate::experiment::leftovers::{delete, folders_of};
 use crate::experiment::status::{ReferenceRow, Row, Status, status};
 use crate::experiment::store::FOLDER;
 use crate::render::Budget;
@@ -25,19 +25,20 @@ pub fn run(args: &StatusArgs) -> Result<Ending> {
         print(format!("{hint}\n"))?;
     }
     let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
+    let stale = several(status.stale.len(), "run");
     let (files, of_files) = &status.taken_out;
-    let (stale, files_count) = (several(status.stale.len(), "run"), several(files.len(), "file"));
+    let (count, of_files) = (several(files.len(), "file"), size(*of_files));
+    let folders: Vec<String> = folders_of(files).iter().map(|folder| folder.display().to_string()).collect();
+    let folders = folders.join(", ");
     if args.prune {
         for (folder, _) in &status.stale {
             std::fs::remove_dir_all(folder).map_err(|e| Error::io(folder, "delete it", &e))?;
         }
-        leftovers::delete(files)
-            .map_err(|e| Error::io(&out, "delete what was taken out of the experiment", &e))?;
+        delete(files)?;
         print(format!("deleted {stale} of before, {}\n", size(bytes)))?;
         if !files.is_empty() {
             print(format!(
-                "deleted {files_count} of what was taken out of the experiment, {}\n",
-                size(*of_files)
+                "deleted {count} of what was taken out of the experiment, {of_files}, in {folders}\n"
             ))?;
         }
         return Ok(Ending::Done);
@@ -50,9 +51,8 @@ pub fn run(args: &StatusArgs) -> Result<Ending> {
         ))?;
     }
     if !files.is_empty() {
-        let (size, place) = (size(*of_files), Path::display(&out));
         print(format!(
-            "{files_count} of scenes, estimators, runs and metrics that were taken out of the experiment take {size} in {place}: \
+            "{count} of scenes, estimators, runs and metrics that were taken out of the experiment take {of_files} in {folders}: \
              --prune deletes them\n"
         ))?;
     }

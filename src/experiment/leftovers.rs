@@ -3,7 +3,9 @@
 use super::metrics::TABLE;
 use super::plan::Plan;
 use super::store::{self, run_of};
-use crate::render::files::entries;
+use crate::error::{Error, Result};
+use crate::film::exr::read_text;
+use crate::render::files::{REFERENCE, entries, folders};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -20,50 +22,67 @@ fn remove_down_to(dir: &Path, depth: u32) {
         let modified = path.metadata().and_then(|m| m.modified()).ok()?;
         Some(modified.elapsed().ok()? > Duration::from_secs(3600))
     };
-    for path in entries(dir) {
-        if path.is_dir() && !path.is_symlink() && path.file_name().is_none_or(|n| n != store::FOLDER) {
-            if depth > 0 {
-                remove_down_to(&path, depth - 1);
-            }
-        } else if store::is_partial(&path) && old(&path) == Some(true) {
-            let _ = std::fs::remove_file(path);
-        }
+    for path in entries(dir).into_iter().filter(|path| store::is_partial(path) && old(path) == Some(true)) {
+        let _ = std::fs::remove_file(path);
+    }
+    if depth > 0 {
+        let below = folders(dir).into_iter().filter(|path| !is_called(path, store::FOLDER));
+        below.for_each(|path| remove_down_to(&path, depth - 1));
     }
 }
 
 /// What runs left in folders of scenes and estimators, and the experiment does not have: of estimators and scenes that were
-/// taken out, of runs beyond their number, of metrics. What somebody else put there is not among it.
+/// taken out, of runs beyond their number, of metrics. What somebody else put there is not among it. In the order in which it may be
+/// deleted: what tells that a folder is an estimator's comes last.
 pub fn taken_out(plan: &Plan, out: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for scene in entries(out).into_iter().filter(|path| path.is_dir()) {
+    for scene in folders(out) {
         let planned = plan.scenes.iter().any(|s| is_called(&scene, &s.key));
-        for folder in entries(&scene).into_iter().filter(|path| path.join(SETTINGS).is_file()) {
+        for folder in folders(&scene).into_iter().filter(|path| path.join(SETTINGS).is_file()) {
             let planned = planned && plan.estimators.iter().any(|e| is_called(&folder, &e.key));
-            found.extend(entries(&folder).into_iter().filter(|file| match made(file) {
+            let is_over = |file: &PathBuf| match made(file) {
                 None => false,
                 Some(_) if !planned => true,
                 Some(Made::Run(run)) => run >= plan.runs,
                 Some(Made::Error(key)) => !plan.metrics.iter().any(|metric| metric.description().key == key),
                 Some(Made::Other) => false,
-            }));
+            };
+            let (last, others): (Vec<PathBuf>, Vec<PathBuf>) =
+                entries(&folder).into_iter().filter(is_over).partition(|file| is_called(file, SETTINGS));
+            found.extend(others.into_iter().chain(last));
+        }
+        let reference = scene.join("reference.exr");
+        if !planned && read_text(&reference, REFERENCE).is_some() {
+            found.extend([scene.join("reference.png"), reference].into_iter().filter(|file| file.is_file()));
         }
     }
     found
 }
 
-/// Deletes these files, and the folders that are empty without them.
+/// The folders that files lie in, each once.
+pub fn folders_of(files: &[PathBuf]) -> Vec<&Path> {
+    let mut folders: Vec<&Path> = files.iter().filter_map(|file| file.parent()).collect();
+    folders.dedup();
+    folders
+}
+
+/// Deletes these files, and the folders that are empty without them. What is gone already is no error.
 ///
 /// # Errors
 /// The first file that cannot be deleted.
-pub fn delete(files: &[PathBuf]) -> std::io::Result<()> {
+pub fn delete(files: &[PathBuf]) -> Result<()> {
     for file in files {
-        std::fs::remove_file(file)?;
-    }
-    for folder in files.iter().filter_map(|file| file.parent()) {
-        // One with something in it stays.
-        if std::fs::remove_dir(folder).is_ok() {
-            let _ = folder.parent().map(std::fs::remove_dir);
+        match std::fs::remove_file(file) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Error::io(file, "delete it", &e));
+            }
+            _ => {}
         }
+    }
+    for folder in folders_of(files) {
+        // One with something in it stays.
+        let _ = std::fs::remove_dir(folder);
+        let _ = folder.parent().map(std::fs::remove_dir);
     }
     Ok(())
 }

@@ -5,9 +5,10 @@ use super::plan::{EstimatorPlan, Plan, ScenePlan};
 use super::store::{SceneKey, image_file};
 use crate::error::Result;
 use crate::film::exr::read_text;
-use crate::render::files::{SCENE_CONTENTS, entries};
+use crate::render::files::{SCENE_CONTENTS, folders};
 use crate::transport::settings::Layers;
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Says under which name there are runs of a scene with these contents in the folder of results, where there are none under its own
 /// and no other scene of the plan has that name. A scene is called after its folder: it may have been moved.
@@ -32,7 +33,7 @@ pub fn hint(plan: &Plan, entry: &ScenePlan, key: &SceneKey, out: &Path) -> Optio
 /// # Errors
 /// Settings that make no sense.
 pub fn fuller(context: &SceneContext) -> Result<Option<String>> {
-    let mut found: Vec<(&str, Layers)> = Vec::new();
+    let mut found: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for estimator in &context.plan.estimators {
         let there = |layers: Layers| -> Result<bool> {
             let (unit, work) = context.unit(&EstimatorPlan { layers, ..estimator.clone() }, 0)?;
@@ -40,30 +41,26 @@ pub fn fuller(context: &SceneContext) -> Result<Option<String>> {
         };
         for layers in [Layers::Families, Layers::All] {
             if layers as u8 > estimator.layers as u8 && !there(estimator.layers)? && there(layers)? {
-                found.push((&estimator.key, layers));
+                found.entry(layers.name()).or_default().push(&estimator.key);
                 break;
             }
         }
     }
-    let Some((_, layers)) = found.last() else { return Ok(None) };
-    let (names, scene): (Vec<&str>, _) = (found.iter().map(|f| f.0).collect(), &context.entry.key);
-    let layers = layers.name();
-    Ok(Some(format!(
-        "{scene}: there are runs of {} with layers = \"{layers}\", of which no figure asks for now: they are rendered again with less, \
-         and `layers = \"{layers}\"` in the experiment goes on with those",
-        names.join(", ")
-    )))
+    let clause =
+        |(layers, names): (&&str, &Vec<&str>)| format!("of {} with layers = \"{layers}\"", names.join(", "));
+    let clauses: Vec<String> = found.iter().map(clause).collect();
+    let scene = &context.entry.key;
+    Ok((!clauses.is_empty()).then(|| {
+        format!(
+            "{scene}: there are runs {}, of which no figure asks for now: those with less are rendered anew, and `layers` in the \
+             experiment goes on with what is there",
+            clauses.join(", and ")
+        )
+    }))
 }
 
 /// The contents of the scene that the runs in a folder are of, by the first that says it.
 fn contents(folder: &Path) -> Option<String> {
     let runs = folders(folder).into_iter().map(|estimator| estimator.join(image_file(0)));
     runs.filter(|run| run.is_file()).find_map(|run| read_text(&run, SCENE_CONTENTS))
-}
-
-/// The folders in a folder, in order.
-fn folders(dir: &Path) -> Vec<PathBuf> {
-    let mut found = entries(dir);
-    found.retain(|path| path.is_dir());
-    found
 }

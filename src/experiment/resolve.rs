@@ -226,11 +226,8 @@ impl Resolver<'_> {
         let path = self.source.path().display();
         let mut idle = |whose: &str, merge: &Option<Spanned<MergeDef>>, techniques: TechniqueSet| {
             let idle = merge.as_ref().map_or(Vec::new(), |merge| merge.get_ref().idle(techniques));
-            warnings.extend(idle.into_iter().map(|technique| {
-                let key = technique.info().key;
-                format!(
-                    "{path}: `{key}` in the `merge` of {whose} changes nothing: it is not among the techniques {techniques}"
-                )
+            warnings.extend(idle.into_iter().map(|(key, why)| {
+                format!("{path}: `{key}` in the `merge` of {whose} changes nothing: {why}")
             }));
         };
         for (def, plan) in self.file.estimator.iter().zip(estimators) {

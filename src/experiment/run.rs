@@ -198,7 +198,9 @@ impl Runner<'_> {
             frozen: options.part == Part::Measure,
             stop: options.stop,
         };
-        if let Some(hint) = moved::fuller(&context)? {
+        if options.part != Part::Measure
+            && let Some(hint) = moved::fuller(&context)?
+        {
             self.observer.note(&hint);
         }
         let measured = self.cells(&context)?;

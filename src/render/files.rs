@@ -264,6 +264,13 @@ pub fn entries(folder: &Path) -> Vec<PathBuf> {
     entries
 }
 
+/// The folders in a folder, in order. Links to others are not among them.
+pub fn folders(folder: &Path) -> Vec<PathBuf> {
+    let mut found = entries(folder);
+    found.retain(|path| path.is_dir() && !path.is_symlink());
+    found
+}
+
 /// Makes a folder, and those above it, unless they are there; and sees whether files can be made in it.
 ///
 /// # Errors

@@ -235,11 +235,11 @@ impl Line<'_> {
 
     /// The scale, in the middle under the tiles.
     fn draw_scale(&self, scale: &ScaleBar, m: &mut Markup, style: &Style, bottom: f64) {
-        let (width, height) = (style.ramp, style.ramp / SCALE_SHAPE as f64);
-        let count = self.tiles.len() as f64;
-        let middle = self.left + 0.5 * (count * (self.tile_width + style.gap) - style.gap);
-        // Between the margins, however narrow the tiles are.
-        let left = (middle - 0.5 * width).max(self.left + 4.0 * style.font);
+        let whole = self.tiles.len() as f64 * (self.tile_width + style.gap) - style.gap;
+        // With room for what stands at its ends, however narrow the tiles are.
+        let width = style.ramp.min(whole - 8.0 * style.font).max(style.font);
+        let height = width / SCALE_SHAPE as f64;
+        let left = self.left + 0.5 * (whole - width);
         let base = bottom - style.gap - 0.3 * style.line;
         image(m, &scale.ramp, [left, base - height, width, height], false);
         frame(m, [left, base - height, width, height], Ink::Paper.color(Role::Grid), style.pen);
@@ -362,7 +362,7 @@ mod tests {
         assert_eq!(imbalance(&svg), None);
         assert_eq!(svg.matches("<image").count(), 5);
         assert_eq!(
-            svg.matches("width=\"160\" height=\"10\"").count(),
+            svg.matches("width=\"120\" height=\"7.5\"").count(),
             2,
             "the colours and their frame: {svg}"
         );

@@ -53,6 +53,8 @@ pub(crate) fn ratio(a: &[f64], b: &[f64]) -> Option<Ratio> {
         return Some(Ratio::Bare(value));
     }
     let interval = ratio_of_means(&Summary::of(a)?, &Summary::of(b)?, 1.0 - ALPHA).map(|r| r.interval);
+    // Fieller's interval knows nothing of errors being positive: below 0 no ratio of theirs can be.
+    let interval = interval.map(|i| Interval { low: i.low.max(0.0), ..i });
     Some(Ratio::Known(value, interval))
 }
 
@@ -81,5 +83,9 @@ mod tests {
             panic!("there is an interval")
         };
         assert!((value - 2.0).abs() < 1e-12 && interval.contains(2.0) && !interval.contains(1.0));
+        let Some(Ratio::Known(_, Some(wide))) = ratio(&[0.1, 1.0, 8.0], &[1.0, 1.1, 1.2]) else {
+            panic!("as well")
+        };
+        assert!(wide.low == 0.0 && wide.high > 5.0, "{wide:?}");
     }
 }

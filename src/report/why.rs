@@ -228,10 +228,7 @@ fn spread(
             let (label, fact) = (entry.info.label.clone(), "no map: one sample a pixel".to_owned());
             montage.push(rows, Tile { label, fact, ..Tile::default() });
         }
-        montage.name_row(
-            rows,
-            if signed { "mean over the runs\nless the reference" } else { "variance of\na pixel in a run" },
-        );
+        montage.name_row(rows, if signed { "bias\nmean less reference" } else { "variance\nin one run" });
         if let Some(ramp) = Picture::of_scale(scale) {
             let low = if signed { format!("−{ends}") } else { "0".to_owned() };
             montage.scale_row(rows, ScaleBar { ramp, ends: [low, ends] });

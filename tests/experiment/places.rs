@@ -174,7 +174,7 @@ fn runs_with_more_layers_are_told_of() {
     let (out, _) = bench.succeed("status experiment.toml");
     assert!(out.contains(hint), "{out}");
     let (_, said) = bench.succeed("run experiment.toml");
-    assert!(said.contains(hint) && said.contains("`layers = \"all\"` in the experiment"), "{said}");
+    assert!(said.contains(hint) && said.contains("`layers` in the experiment goes on"), "{said}");
     // Nothing more to say once they are there; and more layers than before are no question.
     let (_, said) = bench.succeed("run experiment.toml");
     assert!(!said.contains("there are runs"), "{said}");

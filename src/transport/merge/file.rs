@@ -146,11 +146,22 @@ impl MergeDef {
         })
     }
 
-    /// Techniques of which something is said though they are not in the set.
-    pub fn idle(&self, techniques: TechniqueSet) -> Vec<Technique> {
+    /// Keys of which something is said for nothing, each with the reason: of techniques that are not in the set.
+    pub fn idle(&self, techniques: TechniqueSet) -> Vec<(&'static str, String)> {
         let said = [self.surf, self.pp3d, self.pb2d, self.bp2d, self.bb1d];
-        let said = MERGES.into_iter().zip(said).filter(|(_, def)| def.is_some());
-        said.map(|(technique, _)| technique).filter(|t| !techniques.has(*t)).collect()
+        let said = MERGES.into_iter().zip(said).filter(|(t, def)| def.is_some() && !techniques.has(*t));
+        let not_there = |technique: Technique| {
+            (technique.info().key, format!("it is not among the techniques {techniques}"))
+        };
+        let mut idle: Vec<_> = said.map(|(technique, _)| not_there(technique)).collect();
+        let of_all = [
+            ("radius", self.radius.is_some()),
+            ("alpha", self.alpha.is_some()),
+            ("paths", self.paths.is_some()),
+        ];
+        let of_none = of_all.into_iter().filter(|(_, said)| *said && !techniques.merges());
+        idle.extend(of_none.map(|(key, _)| (key, format!("none of the techniques {techniques} merges"))));
+        idle
     }
 
     /// What it comes to where the preset says `first`.
@@ -204,6 +215,20 @@ mod tests {
         assert_eq!((of[2].paths, of[3].paths), (PathCount::Absolute(5), PathCount::Auto));
         let of = MergeDef::parse(&["paths={per_pixel=0.5}".into()]).unwrap().resolve(false).of;
         assert!(of.iter().all(|gather| gather.paths == PathCount::PerPixel(0.5)));
+    }
+
+    #[test]
+    fn what_changes_nothing_is_told() {
+        let idle = |entry: &str, techniques: &str| {
+            let techniques = TechniqueSet::parse([techniques]).unwrap();
+            let def = MergeDef::parse(&[entry.to_owned()]).unwrap();
+            def.idle(techniques).into_iter().map(|(key, why)| format!("{key}: {why}")).collect::<Vec<_>>()
+        };
+        assert_eq!(idle("bb1d.radius=0.1", "vcm").len(), 1);
+        assert!(idle("bb1d.radius=0.1", "vcm")[0].starts_with("bb1d: it is not among the techniques "));
+        let pt = TechniqueSet::parse(["pt"]).unwrap();
+        assert_eq!(idle("radius=0.1", "pt"), [format!("radius: none of the techniques {pt} merges")]);
+        assert!(idle("radius=0.1", "vcm").is_empty() && idle("surf.radius=0.1", "vcm").is_empty());
     }
 
     #[test]
