@@ -14,6 +14,7 @@ mod tests;
 
 pub use settings::{CameraSettings, FovAxis, Lens, MAX_SIDE, look_at};
 
+use crate::geometry::Aabb;
 use crate::math::warp;
 use glam::{UVec2, Vec2, Vec3A};
 use std::f32::consts::PI;
@@ -115,6 +116,16 @@ impl Camera {
     /// The middle of the plane where rays begin.
     pub fn near_point(&self) -> Vec3A {
         self.position + self.forward * self.near
+    }
+
+    /// A box about all points where rays begin: of the lens as it is moved to the near plane.
+    pub fn near_bounds(&self) -> Aabb {
+        let corners = [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0), Vec2::ONE];
+        // Rays of a lens start within its radius of those of its middle, as they all go ahead by the same depth.
+        let spread = self.near * self.tan + Vec2::splat(self.lens_radius * (1.0 + self.near / self.focus));
+        Aabb::of(
+            corners.map(|c| self.near_point() + self.right * (c.x * spread.x) + self.up * (c.y * spread.y)),
+        )
     }
 
     /// The lens's area in m²; `None` for the pinhole.

@@ -199,6 +199,12 @@ impl Lights {
         EmissionSample { point, origin, dir: -toward, pdf_pos, pdf_dir: self.inv_disc, radiance }
     }
 
+    /// Whether there is one light: then none need be selected.
+    #[inline]
+    pub fn is_single(&self) -> bool {
+        self.lights.len() == 1
+    }
+
     /// A point on a light for a connection to `from`. `None` where the light that was selected does not shine there.
     #[inline(always)]
     pub fn sample_toward(

@@ -2,7 +2,8 @@
 //! stretches (the long view), and segments between two points.
 //!
 //! Index-matched boundaries, and those that another solid hides, change the medium and nothing else: they end no edge.
-//! The distance to a collision is drawn once an edge, see [`crate::medium::Draw`], whatever it crosses.
+//! The distance to a collision is drawn once an edge, see [`crate::medium::Draw`], whatever it crosses; not before it comes to
+//! a medium that scatters.
 
 use super::Scene;
 use super::inside::Inside;
@@ -74,6 +75,15 @@ struct Flown {
     through: Through,
 }
 
+/// Where a flight's collision shall be.
+struct Drawing<'a> {
+    /// Once it was drawn.
+    draw: Option<Draw>,
+    /// Whether media are tracked that can be.
+    track: bool,
+    random: &'a mut Stream,
+}
+
 /// What is known of the medium up to a flight's collision, or to its end.
 enum Through {
     /// Nothing: it ends no flight.
@@ -92,38 +102,27 @@ impl Scene {
     }
 
     /// The short view: how far light gets along `ray`, which starts inside of the solids `inside`. Draws random numbers
-    /// only in scenes where something scatters. `track`: whether media are tracked that can be, see
+    /// only where something scatters. `track`: whether media are tracked that can be, see
     /// [`Medium::is_tracked`]; the passage then has them as clear.
     #[inline(always)]
     pub fn fly(&self, ray: &Ray, inside: Inside, track: bool, random: &mut Stream) -> Arrival {
         if self.is_void() {
             return self.fly_in_void(ray, inside);
         }
-        let draw = if self.traits.scattering {
-            Draw::new(random.next_2d())
-        } else {
-            Draw { channel: 0, depth: f32::INFINITY }
-        };
-        let tracker = track.then_some(random);
+        let drawing = Drawing { draw: None, track, random };
         if self.geometry.has_boundaries() {
-            self.fly_through(ray, inside, draw, tracker)
+            self.fly_through(ray, inside, drawing)
         } else {
-            self.fly_to_wall(ray, inside, draw, tracker)
+            self.fly_to_wall(ray, inside, drawing)
         }
     }
 
     /// A flight where there are no boundaries: one stretch.
     #[inline(always)]
-    fn fly_to_wall(
-        &self,
-        ray: &Ray,
-        inside: Inside,
-        mut draw: Draw,
-        mut tracker: Option<&mut Stream>,
-    ) -> Arrival {
+    fn fly_to_wall(&self, ray: &Ray, inside: Inside, mut drawing: Drawing) -> Arrival {
         let index = self.solids.medium(&inside);
         let medium = self.media.get(index as usize);
-        let Flown { collision, through } = fly_in(medium, ray, f32::INFINITY, &mut draw, &mut tracker);
+        let Flown { collision, through } = fly_in(medium, ray, f32::INFINITY, &mut drawing);
         let reach = collision.unwrap_or(f32::INFINITY);
         let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
         let distance = wall.map_or(reach, |hit| hit.t);
@@ -156,13 +155,7 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn fly_through(
-        &self,
-        ray: &Ray,
-        mut inside: Inside,
-        mut draw: Draw,
-        mut tracker: Option<&mut Stream>,
-    ) -> Arrival {
+    fn fly_through(&self, ray: &Ray, mut inside: Inside, mut drawing: Drawing) -> Arrival {
         let dir = ray.dir;
         let mut passage = Passage::CLEAR;
         let mut segment = *ray;
@@ -171,7 +164,7 @@ impl Scene {
             let boundary = self.next_boundary(&segment);
             let limit = boundary.map_or(f32::INFINITY, |h| h.t);
             let medium = self.medium_within(&inside);
-            let Flown { collision, through } = fly_in(medium, &segment, limit, &mut draw, &mut tracker);
+            let Flown { collision, through } = fly_in(medium, &segment, limit, &mut drawing);
             let reach = collision.unwrap_or(limit * WALL_FIRST);
             let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
             let through = |t: f32| pass(passage, medium, &through, &segment, t, wall.is_none());
@@ -309,27 +302,20 @@ impl Scene {
     }
 }
 
-/// A flight along `ray` in `medium`, which ends at `limit`. What is left of `draw` is for what comes behind: depths have no
+/// A flight along `ray` in `medium`, which ends at `limit`. What is left of the draw is for what comes behind: depths have no
 /// memory, so that a medium that is tracked, with random numbers of its own, leaves it as it is.
 #[inline(always)]
-fn fly_in(
-    medium: Option<&Medium>,
-    ray: &Ray,
-    limit: f32,
-    draw: &mut Draw,
-    tracker: &mut Option<&mut Stream>,
-) -> Flown {
+fn fly_in(medium: Option<&Medium>, ray: &Ray, limit: f32, drawing: &mut Drawing) -> Flown {
     let Some(medium) = medium.filter(|m| m.scatters()) else {
         return Flown { collision: None, through: Through::Unknown };
     };
-    if let Some(random) = tracker
-        && medium.is_tracked()
-    {
+    if drawing.track && medium.is_tracked() {
         return Flown {
-            collision: medium.track(ray.origin, ray.dir, limit, random),
+            collision: medium.track(ray.origin, ray.dir, limit, drawing.random),
             through: Through::Tracked,
         };
     }
+    let draw = drawing.draw.get_or_insert_with(|| Draw::new(drawing.random.next_2d()));
     let (end, depth) = medium.fly(ray.origin, ray.dir, limit, draw.channel, draw.depth);
     if let Err(left) = end {
         draw.depth = left;

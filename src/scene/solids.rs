@@ -46,8 +46,23 @@ pub struct Solid {
     pub medium: u32,
     /// Higher comes first.
     pub priority: i32,
+    /// Whether its boundary leaves no gap, and its inside is in it. A mesh that runs through itself is not seen here.
+    pub closed: bool,
     /// The box about it.
     pub bounds: Aabb,
+}
+
+/// What is known of the points whose foremost refracting solid is this one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Room {
+    /// There are none: it does not refract.
+    Nowhere,
+    /// A straight way may lead out.
+    Open,
+    /// None does without meeting a surface.
+    Closed,
+    /// None does, and no light is in it.
+    Dark,
 }
 
 impl Solid {
@@ -69,6 +84,10 @@ pub struct Solids {
     world: u32,
     /// Whether some solids refract and may touch one another.
     nested: bool,
+    /// By solid.
+    rooms: Vec<Room>,
+    /// What is known of any of them at most.
+    most: Room,
 }
 
 impl Solids {
@@ -92,8 +111,10 @@ impl Solids {
         for (i, solid) in solids.iter().enumerate() {
             of_shape[solid.shape as usize] = i as u16;
         }
-        let mut all = Self { solids, of_shape, world, nested: false };
+        let mut all = Self { solids, of_shape, world, nested: false, rooms: Vec::new(), most: Room::Nowhere };
         all.nested = !all.touching().is_empty();
+        all.rooms = all.rooms();
+        all.most = most(&all.rooms);
         Ok(all)
     }
 
@@ -106,6 +127,70 @@ impl Solids {
             pairs.extend(behind.map(|b| (*front, *b)));
         }
         pairs
+    }
+
+    /// On a straight way out of the points whose foremost refracting solid is a certain one, something refracting ends or begins in
+    /// front of what was foremost: a surface that light does not pass straight (see [`Self::is_passed`]), unless both have the
+    /// same index. That hangs on the account of solids, which only closed ones keep, and no more of them than it can hold.
+    fn rooms(&self) -> Vec<Room> {
+        let sound = self.solids.iter().all(|s| s.closed || s.index().is_none());
+        let near = |solid: &Solid| self.solids.iter().filter(|s| s.bounds.overlaps(&solid.bounds)).count();
+        let room = |solid: &Solid| match solid.index() {
+            None => Room::Nowhere,
+            Some(_) if sound && near(solid) <= Inside::DEPTH => Room::Closed,
+            Some(_) => Room::Open,
+        };
+        let mut rooms: Vec<Room> = self.solids.iter().map(room).collect();
+        for (front, behind) in self.touching() {
+            let index = |solid: &Solid| solid.index().unwrap_or(1.0);
+            if same_index(index(front), index(behind)) || same_index(index(behind), index(front)) {
+                for solid in [front, behind] {
+                    rooms[usize::from(self.of_shape(solid.shape))] = Room::Open;
+                }
+            }
+        }
+        rooms
+    }
+
+    /// Says of the boxes about solids in which a light may be.
+    pub fn light_up(&mut self, is_lit: impl Fn(&Aabb) -> bool) {
+        for (room, solid) in self.rooms.iter_mut().zip(&self.solids) {
+            if *room == Room::Closed && !is_lit(&solid.bounds) {
+                *room = Room::Dark;
+            }
+        }
+        self.most = most(&self.rooms);
+    }
+
+    /// Takes all rooms for open: where somebody's account of solids may be wrong, as a camera's that is partly in one.
+    pub fn open_up(&mut self) {
+        self.rooms.iter_mut().filter(|room| **room != Room::Nowhere).for_each(|room| *room = Room::Open);
+        self.most = most(&self.rooms);
+    }
+
+    /// The foremost refracting solid at a point inside of these, and what is known of it.
+    #[inline]
+    fn room_of(&self, inside: &Inside) -> (u16, Room) {
+        let mut rooms = inside.iter().map(|s| (s, self.rooms[usize::from(s)]));
+        rooms.find(|(_, room)| *room != Room::Nowhere).unwrap_or((Inside::NONE, Room::Open))
+    }
+
+    /// Whether a surface is on every straight way between a point inside of `a` and one inside of `b`. False where that is not known
+    /// without a look.
+    #[inline]
+    pub fn are_apart(&self, a: &Inside, b: &Inside) -> bool {
+        if self.most < Room::Closed {
+            return false;
+        }
+        let ((one, room), (other, there)) = (self.room_of(a), self.room_of(b));
+        one != other && room.max(there) >= Room::Closed
+    }
+
+    /// Whether a surface is on every straight way between a point inside of these and any light. False where that is not known
+    /// without a look.
+    #[inline]
+    pub fn is_dark(&self, inside: &Inside) -> bool {
+        self.most == Room::Dark && self.room_of(inside).1 == Room::Dark
     }
 
     /// By shape, whether a ray may pass it: what is index-matched, and what another solid may hide or match.
@@ -226,6 +311,11 @@ impl Solids {
         let inside = self.at(geometry, bounds.centre());
         Some(shape.map_or(inside, |s| inside.without(self.of_shape(s))))
     }
+}
+
+/// What is known of any room at most.
+fn most(rooms: &[Room]) -> Room {
+    rooms.iter().copied().max().unwrap_or(Room::Nowhere)
 }
 
 fn same_index(a: f32, b: f32) -> bool {

@@ -171,7 +171,11 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     #[inline(always)]
     fn next_event(&mut self, vertex: &Vertex, random: &mut Stream) {
         let (lights, geometry) = (&self.scene.lights, &self.scene.geometry);
-        let select = random.next_1d();
+        // Milk in a glass is lit through the glass alone.
+        if !VOID && matches!(vertex.place, Place::Medium(_)) && self.scene.solids.is_dark(&vertex.inside) {
+            return;
+        }
+        let select = if lights.is_single() { 0.0 } else { random.next_1d() };
         let u = random.next_2d();
         let mut tracker = (!VOID && self.pass.tracks).then(|| random.fork());
         // After the draws: the lengths that count change no other random number.
@@ -262,6 +266,11 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         let inverse_distance = between.length_recip();
         let falloff = inverse_distance * inverse_distance;
         let dir = between * inverse_distance;
+        let inside = vertex.inside_toward(self.scene, dir);
+        // No straight way leads out of a glass.
+        if !VOID && self.scene.solids.are_apart(&inside, &other.inside_toward(self.scene, -dir)) {
+            return;
+        }
         let Some(at_camera) = vertex.scatter(self.scene, self.pass, dir, vertex.to_previous) else { return };
         let Some(at_light) = other.scatter(self.scene, self.pass, other.to_previous, -dir) else { return };
         let camera_geometry = vertex.place.cosine(dir) * falloff;
@@ -276,7 +285,6 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         }
         let ends = [(here, vertex.place.footing()), (there, other.place.footing())];
         let ray = shadow_ray_along(ends, inverse_distance);
-        let inside = vertex.inside_toward(self.scene, dir);
         let Some(passage) = self.passage(&ray, inside, None) else { return };
         let contribution = contribution * passage.transmittance;
         if contribution == Rgb::ZERO {

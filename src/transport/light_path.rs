@@ -206,6 +206,11 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if d2.sqrt() <= skipped {
             return;
         }
+        let inside = vertex.inside_toward(self.scene, -dir);
+        // No straight way leads out of a glass.
+        if self.scene.solids.are_apart(&inside, &self.scene.camera_inside) {
+            return;
+        }
         let Some(scattering) = vertex.scatter(self.scene, self.pass, vertex.to_previous, -dir) else {
             return;
         };

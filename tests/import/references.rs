@@ -142,7 +142,8 @@ fn assert_twin(name: &str, presets: &[(&str, u64)]) {
 
 #[test]
 fn surfaces_are_as_in_mitsuba() {
-    assert_twin("surfaces", &[("pt", 64), ("bpt", 32), ("upbp", 16)]);
+    // Fewer iterations of upbp miss what is rare in most runs, and then tell too small a variance.
+    assert_twin("surfaces", &[("pt", 64), ("bpt", 32), ("upbp", 48)]);
 }
 
 /// What a rough surface of Mitsuba's is that says nothing of its distribution. Mitsuba's masking is a fit, up to 0.4% off

@@ -86,13 +86,22 @@ fn a_constant_grid_is_a_homogeneous_medium() {
             let connections = Connections::All;
             let settings = Settings {
                 max_length: 6,
-                seed: 5,
                 merging,
                 connections,
                 tracking: Tracking::Exact,
                 ..Settings::new(techniques)
             };
-            let picture = |scene: &Scene| render(scene, &settings, 2).image();
+            // Of several seeds, below each other: in the drink rounding sends one path of light in 25 elsewhere, give or take some.
+            let picture = |scene: &Scene| {
+                let images = (5..9).map(|seed| render(scene, &Settings { seed, ..settings }, 2).image());
+                images
+                    .reduce(|mut all, image| {
+                        all.height += image.height;
+                        all.pixels.extend(image.pixels);
+                        all
+                    })
+                    .expect("seeds")
+            };
             let media: Vec<Medium> =
                 scene.media.iter().enumerate().map(|(m, medium)| as_grid(medium, (i + m) % 4)).collect();
             let grids = with_media(scenes::load(name), media);

@@ -23,7 +23,7 @@ mod transform;
 pub mod values;
 
 use crate::error::{Error, Result, did_you_mean, from_root, nearest};
-use crate::geometry::Geometry;
+use crate::geometry::{Aabb, Geometry};
 use crate::light::{Light, Lights};
 use crate::scene::import;
 use crate::scene::{Inside, RenderDefaults, Scene, SceneNotes, Solids, Traits};
@@ -139,7 +139,7 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
     let mut materials = Materials::load(&mut context, &mut textures, &file.material)?;
     let shapes = shapes::build(&mut context, &mut materials, &file.shape)?;
     let mut media = Media::load(&mut context, &file.medium)?;
-    let solids = solids::build(&mut context, &file, &materials, &mut media, &shapes)?;
+    let mut solids = solids::build(&mut context, &file, &materials, &mut media, &shapes)?;
     let mut lights = shapes.lights.clone();
     lights.extend(lights::build(&mut context, &file.light)?);
     if lights.is_empty() {
@@ -155,6 +155,12 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
     let (light_names, lights): (Vec<String>, Vec<_>) = lights.into_iter().unzip();
     let lights = Lights::new(lights, &geometry).map_err(|e| Error::file(source.path(), e))?;
     check_endless(&mut context, &file, &media, &solids, &lights)?;
+    solids.light_up(|bounds| {
+        lights.lights().iter().filter_map(|l| bounds_of(l, &geometry)).any(|b| b.overlaps(bounds))
+    });
+    if solids.within(&geometry, &camera.near_bounds(), None).is_none() {
+        solids.open_up();
+    }
     let mut warnings = context.warnings;
     warnings.extend(lights.warnings().iter().cloned());
     let notes = SceneNotes {
@@ -215,6 +221,16 @@ fn inside_of_light(light: &Light, solids: &Solids, geometry: &Geometry) -> Optio
         Light::Point(l) => Some(solids.at(geometry, l.position())),
         Light::Spot(l) => Some(solids.at(geometry, l.position())),
         Light::Directional(_) | Light::Environment(_) => Some(Inside::NOTHING),
+    }
+}
+
+/// The box about a light; none about one that is infinitely far away.
+fn bounds_of(light: &Light, geometry: &Geometry) -> Option<Aabb> {
+    match light {
+        Light::Area(l) => Some(geometry.shape(l.shape()).bounds()),
+        Light::Point(l) => Some(Aabb::of([l.position()])),
+        Light::Spot(l) => Some(Aabb::of([l.position()])),
+        Light::Directional(_) | Light::Environment(_) => None,
     }
 }
 

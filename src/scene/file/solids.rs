@@ -89,7 +89,8 @@ fn solid(
     }
     let priority = def.priority.as_ref().map_or(0, |p| *p.get_ref());
     let (shape, bounds) = (i as u32, stats.bounds);
-    Ok(Some(Solid { shape, surface, medium, priority, bounds }))
+    let closed = stats.volume.is_some_and(|volume| volume > 0.0);
+    Ok(Some(Solid { shape, surface, medium, priority, closed, bounds }))
 }
 
 /// Warns of grids of which a part is outside of the shape that they fill, where nothing of them is: as far as the shape's

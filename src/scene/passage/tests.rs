@@ -189,10 +189,15 @@ fn flights_end_as_their_free_flight_factor_says() {
     assert_chi_square("flights through four boundaries", &counts, &expected);
 }
 
-/// A medium that only absorbs ends no flight and asks for no random number.
+/// A medium that only absorbs ends no flight and asks for no random number, and nor does a flight past what scatters.
 #[test]
 fn what_only_absorbs_draws_nothing() {
     let mut scene = scene();
+    for (dir, draws) in [(Vec3A::Z, false), (Vec3A::NEG_Z, true)] {
+        let mut random = stream(5);
+        scene.fly(&Ray { dir, ..axis() }, Inside::NOTHING, false, &mut random);
+        assert_eq!(random.next_1d() != stream(5).next_1d(), draws, "{dir}: into the fog, or away from it");
+    }
     for i in [0, 2] {
         scene.media[i] = scene.media[1].clone();
     }
@@ -203,4 +208,70 @@ fn what_only_absorbs_draws_nothing() {
     assert_eq!(arrival.passage.survival, Rgb::ONE);
     assert!((f64::from(arrival.passage.transmittance.x) - (-0.3f64 * 4.0).exp()).abs() < 1e-6);
     assert_eq!(random.next_1d(), untouched.next_1d());
+}
+
+/// What is said without a look, looked at: between points of a drink with ice in it, and from them to the lamps. With ice of the
+/// drink's own index a straight way leads from one to the other.
+#[test]
+fn nothing_passes_between_rooms_that_are_apart() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/drink.toml");
+    let text = std::fs::read_to_string(path).expect("a scene");
+    let cut = text.replacen("fov = 40", "fov = 40\nnear = 2.2", 1);
+    let cut = from_source(&Source::from_text("drink.toml", cut), &Default::default()).expect("a scene");
+    let (glass, air) = (Vec3A::new(0.0, -0.57, 0.0), Vec3A::new(0.0, 0.5, 0.0));
+    let [glass, air] = [glass, air].map(|p| cut.solids.at(&cut.geometry, p));
+    assert!(glass != air && !cut.solids.are_apart(&glass, &air), "a camera that begins within the glass");
+    let lamp = "[[light]]\npoint = { position = [0.47, 0, 0], intensity = 1 }\n";
+    for (change, word) in [
+        (["", ""], "as it is"),
+        (["ior = 1.31", "ior = 1.33"], "ice like juice"),
+        (
+            [
+                "[[shape]]\nrectangle = { corner = [-0.7",
+                &format!("{lamp}[[shape]]\nrectangle = {{ corner = [-0.7"),
+            ],
+            "a lamp in the glass",
+        ),
+    ] {
+        let text = text.replacen(change[0], change[1], 1);
+        let scene =
+            from_source(&Source::from_text("drink.toml", text), &Default::default()).expect("a scene");
+        let mut random = stream(5);
+        let mut point = || {
+            let u = random.next_2d();
+            Vec3A::new(1.4 * u.x - 0.7, 1.5 * random.next_1d() - 0.7, 1.4 * u.y - 0.7)
+        };
+        let inside = |p: Vec3A| scene.solids.at(&scene.geometry, p);
+        let passes = |a: Vec3A, b: Vec3A| {
+            let (dir, length) = (b - a).normalize_and_length();
+            scene.passage(&Ray { t_max: length, ..Ray::new(a, dir) }, inside(a), None).is_some()
+        };
+        // Pairs that are apart, that are not and are seen, of different media; points that are dark.
+        let (mut apart, mut seen, mut across, mut dark) = (0, 0, 0, 0);
+        for _ in 0..6000 {
+            let (a, b) = (point(), point());
+            let (at_a, at_b) = (inside(a), inside(b));
+            let told = scene.solids.are_apart(&at_a, &at_b);
+            assert_eq!(told, scene.solids.are_apart(&at_b, &at_a));
+            let passes = passes(a, b);
+            assert!(!(told && passes), "{word}: {a} {at_a:?} to {b} {at_b:?}");
+            apart += usize::from(told);
+            seen += usize::from(passes);
+            across += usize::from(passes && scene.solids.medium(&at_a) != scene.solids.medium(&at_b));
+            if scene.solids.is_dark(&at_a) {
+                let u = glam::Vec2::new(0.3, 0.6);
+                for select in [0.1, 0.9] {
+                    let light = scene.lights.sample_toward(&scene.geometry, a, select, u).expect("a light");
+                    let segment = Ray { t_max: 0.999 / light.inverse_distance, ..Ray::new(a, light.dir) };
+                    assert!(scene.passage(&segment, at_a, None).is_none(), "{word}: {a} {at_a:?}");
+                }
+                dark += 1;
+            }
+        }
+        assert!(apart > 1200 && seen > 300 && dark > 50, "{word}: {apart} {seen} {dark}");
+        assert_eq!(across > 0, word == "ice like juice", "{word}: {across}");
+        // A lamp in the tumbler's wall lights the glass alone, as far as its box tells: what is in its box is not dark.
+        let wall = inside(Vec3A::new(0.0, -0.57, 0.0));
+        assert!(scene.solids.is_dark(&wall) != word.contains("lamp"), "{word}");
+    }
 }

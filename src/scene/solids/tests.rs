@@ -28,6 +28,7 @@ fn scene(all_walls: bool) -> (Solids, Geometry) {
         surface: *surface,
         medium: *medium,
         priority: *priority,
+        closed: true,
         bounds: shapes[i].bounds(),
     };
     let solids = Solids::new(BALLS.iter().enumerate().map(solid).collect(), BALLS.len(), 9).expect("solids");
@@ -148,9 +149,59 @@ fn the_index_outside_is_that_of_the_foremost_refracting_solid_about() {
     assert_eq!(outside(1, &[0, 2]), 1.5, "glass is in front of ice");
     assert_eq!(outside(1, &[3]), 0.0, "fog has no index");
     // Solids that touch no other need not ask.
-    let alone = Solid { shape: 0, surface: GLASS, medium: 0, priority: 0, bounds: sphere(0.0, 1.0).bounds() };
+    let bounds = sphere(0.0, 1.0).bounds();
+    let alone = Solid { shape: 0, surface: GLASS, medium: 0, priority: 0, closed: true, bounds };
     let solids = Solids::new(vec![alone], 1, VACUUM).expect("a solid");
     assert_eq!(solids.outside_index(0, &among(&solids, &[0])), 0.0);
+}
+
+/// Water and the ice in it have one index, so that a straight way leads from one to the other; none leads out of glass.
+#[test]
+fn rooms_are_apart_where_no_straight_way_can_lead() {
+    let (mut solids, _) = scene(false);
+    let apart = |a: &[u32], b: &[u32]| solids.are_apart(&among(&solids, a), &among(&solids, b));
+    assert!(apart(&[0], &[]) && apart(&[], &[0]), "glass and air");
+    assert!(apart(&[0, 1], &[1]) && apart(&[0, 3], &[3]), "glass is in front of water; fog is no room");
+    assert!(!apart(&[0, 1], &[0]) && !apart(&[0], &[0, 3]), "within the glass");
+    assert!(!apart(&[1], &[2]) && !apart(&[1], &[]) && !apart(&[2], &[]), "water and ice are left to a look");
+    assert!(!apart(&[4], &[]) && !apart(&[3], &[]), "a lamp and fog refract nothing");
+    let dark = |solids: &Solids, at: &[u32]| solids.is_dark(&among(solids, at));
+    assert!(!dark(&solids, &[0]), "nothing was said of lights");
+    solids.light_up(|bounds| bounds.max.x > 3.0);
+    assert!(dark(&solids, &[0]) && dark(&solids, &[0, 1, 3]) && !dark(&solids, &[1]) && !dark(&solids, &[]));
+    let (mut solids, _) = scene(false);
+    solids.light_up(|_| true);
+    assert!(!dark(&solids, &[0]));
+    solids.open_up();
+    assert!(!solids.are_apart(&among(&solids, &[0]), &Inside::NOTHING));
+    // What is open has no inside that one could be sure of, and who passes it has a wrong account elsewhere, too.
+    let ball = |shape: u32, closed| Solid {
+        shape,
+        surface: GLASS,
+        medium: 0,
+        priority: 0,
+        closed,
+        bounds: sphere(3.0 * shape as f32, 1.0).bounds(),
+    };
+    for (closed, apart) in [([true, true], true), ([true, false], false), ([false, true], false)] {
+        let both = vec![ball(0, closed[0]), ball(1, closed[1])];
+        let mut solids = Solids::new(both, 2, VACUUM).expect("solids");
+        solids.light_up(|_| false);
+        for inside in [0, 1].map(|shape| among(&solids, &[shape])) {
+            assert_eq!(solids.are_apart(&inside, &Inside::NOTHING), apart, "{closed:?}");
+            assert_eq!(solids.is_dark(&inside), apart, "{closed:?}");
+        }
+    }
+    // More than an account can hold.
+    let many = |count: u32| {
+        let fog = |shape: u32| Solid { shape, surface: Surface::Matched, priority: 9, ..ball(0, true) };
+        let solids: Vec<Solid> = std::iter::once(ball(0, true)).chain((1..count).map(fog)).collect();
+        Solids::new(solids, count as usize, VACUUM).expect("solids")
+    };
+    for (count, apart) in [(Inside::DEPTH as u32, true), (Inside::DEPTH as u32 + 1, false)] {
+        let solids = many(count);
+        assert_eq!(solids.are_apart(&among(&solids, &[0]), &Inside::NOTHING), apart, "{count}");
+    }
 }
 
 #[test]
@@ -179,6 +230,7 @@ fn equals_are_ordered_by_size_and_then_by_place() {
         surface: Surface::Matched,
         medium: shape,
         priority,
+        closed: true,
         bounds: sphere(0.0, radius).bounds(),
     };
     let order = |list: Vec<Solid>| {
