@@ -145,7 +145,7 @@ impl Insets {
 
     /// Room for names above columns.
     fn header(&self, paper: &Paper, plan: &Plan, columns: &[Column]) -> f64 {
-        let lines = columns.iter().map(|c| face::wrapped(&c.label, plan.cell, paper.font, LINES).len());
+        let lines = columns.iter().map(|c| label_lines(c, paper, plan).len());
         paper.line() * lines.max().unwrap_or(1).max(1) as f64 + 0.35 * paper.font
     }
 
@@ -236,13 +236,13 @@ impl Insets {
         for (n, column) in columns.iter().enumerate() {
             let x = left + n as f64 * (plan.cell + paper.gap());
             let middle = x + 0.5 * plan.cell;
-            let lines = face::wrapped(&column.label, plan.cell, font, LINES);
+            let lines = label_lines(column, paper, plan);
             for (i, line) in lines.iter().rev().enumerate() {
                 let y = top + header - 0.55 * font - paper.line() * i as f64;
                 m.leaf(
                     "text",
                     &[("x", &middle), ("y", &y), ("text-anchor", &"middle"), ("font-weight", &600)],
-                    face::shortened(line, plan.cell - BOLD_EXTRA, font),
+                    line,
                 );
             }
             let mut y = top + header;
@@ -275,6 +275,11 @@ impl Insets {
 
 /// What bold letters are wider by, at most.
 const BOLD_EXTRA: f64 = 0.4;
+
+/// The name of a column, in bold lines no wider than it.
+fn label_lines(column: &Column, paper: &Paper, plan: &Plan) -> Vec<String> {
+    face::wrapped(&column.label, plan.cell - BOLD_EXTRA, paper.font, LINES)
+}
 
 fn shape(picture: &Picture) -> f64 {
     picture.height as f64 / picture.width.max(1) as f64
@@ -377,6 +382,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Bug that this keeps out: a name that fits its column on one line but for what bold letters are wider by was cut, where it has
+    /// room on two.
+    #[test]
+    fn names_are_wrapped_before_they_are_cut() {
+        let paper = Paper { width: 8.5 * CENTIMETRE, font: 7.0 };
+        let column = Column { label: "points, beams and paths".into(), cells: Vec::new() };
+        let mut lines = std::collections::BTreeSet::new();
+        for cell in (400..1000).map(|tenths| 0.1 * f64::from(tenths)) {
+            let plan = Plan { cell, whole: 100.0, beside: 1, below: 1 };
+            let shown = label_lines(&column, &paper, &plan);
+            assert_eq!(shown.join(" "), column.label, "{cell}");
+            lines.insert(shown.len());
+        }
+        assert!(lines.contains(&1) && lines.contains(&2), "{lines:?}");
     }
 
     #[test]
