@@ -3,7 +3,7 @@
 use super::args::{ExperimentArgs, RunArgs};
 use super::folder::announce;
 use super::progress::Progress;
-use super::session::{Ending, print, several, stop_on_interrupt, with_threads};
+use super::session::{Ending, print, stop_on_interrupt, with_threads};
 #[cfg(not(feature = "mpi"))]
 use crate::error::Error;
 use crate::error::Result;
@@ -11,8 +11,8 @@ use crate::experiment::overrides::Override;
 use crate::experiment::plan::{self, Plan};
 use crate::experiment::results::{Cell, Estimate, Results};
 use crate::experiment::run::{self, Options, Part};
-use crate::report::report_of;
 use crate::report::statistics::{Ratio, ratio};
+use crate::report::{plural, report_of};
 use std::path::{Path, PathBuf};
 
 /// Runs an experiment, and writes its page.
@@ -61,7 +61,7 @@ pub fn alone(args: &RunArgs) -> Result<Ending> {
 /// Files that cannot be written.
 pub fn show(out: &Path, results: &Results) -> Result<()> {
     let [scenes, estimators] = [(results.scenes.len(), "scene"), (results.estimators.len(), "estimator")]
-        .map(|(n, noun)| several(n, noun));
+        .map(|(n, noun)| plural(n as u64, noun));
     eprintln!("page and figures of {scenes} and {estimators}");
     let report = report_of(out, results)?;
     for problem in &report.problems {

@@ -56,11 +56,6 @@ pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool> {
         .map_err(|e| Error::usage(format!("cannot start the threads: {e}")))
 }
 
-/// A number of things, each called `noun`.
-pub fn several(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
 /// Prints to the standard output. A reader that has gone away (`| head`) is no error.
 pub fn print(text: impl std::fmt::Display) -> Result<()> {
     use std::io::Write;

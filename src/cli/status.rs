@@ -4,12 +4,13 @@ use super::args::StatusArgs;
 use super::folder::announce;
 use super::progress::clock;
 use super::run::open;
-use super::session::{Ending, print, several, with_threads};
+use super::session::{Ending, print, with_threads};
 use crate::error::{Error, Result};
 use crate::experiment::leftovers::{delete, folders_of};
 use crate::experiment::status::{ReferenceRow, Row, Status, status};
 use crate::experiment::store::FOLDER;
 use crate::render::Budget;
+use crate::report::plural;
 use std::path::Path;
 
 /// Tells how far an experiment has come.
@@ -25,9 +26,9 @@ pub fn run(args: &StatusArgs) -> Result<Ending> {
         print(format!("{hint}\n"))?;
     }
     let bytes: u64 = status.stale.iter().map(|(_, bytes)| bytes).sum();
-    let stale = several(status.stale.len(), "run");
+    let stale = plural(status.stale.len() as u64, "run");
     let (files, of_files) = &status.taken_out;
-    let (count, of_files) = (several(files.len(), "file"), size(*of_files));
+    let (count, of_files) = (plural(files.len() as u64, "file"), size(*of_files));
     let folders: Vec<String> = folders_of(files).iter().map(|folder| folder.display().to_string()).collect();
     let folders = folders.join(", ");
     if args.prune {

@@ -39,8 +39,11 @@ pub fn fuller(context: &SceneContext) -> Result<Option<String>> {
             let (unit, work) = context.unit(&EstimatorPlan { layers, ..estimator.clone() }, 0)?;
             Ok(unit.peek(work.budget).is_some())
         };
+        if there(estimator.layers)? {
+            continue;
+        }
         for layers in [Layers::Families, Layers::All] {
-            if layers as u8 > estimator.layers as u8 && !there(estimator.layers)? && there(layers)? {
+            if layers as u8 > estimator.layers as u8 && there(layers)? {
                 found.entry(layers.name()).or_default().push(&estimator.key);
                 break;
             }

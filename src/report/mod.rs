@@ -59,6 +59,7 @@ use crate::experiment::results::{self, Results};
 use crate::film::output::write_bytes;
 use comparison::signed;
 use made::{Made, sum_of};
+pub(crate) use numbers::plural;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 

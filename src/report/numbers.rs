@@ -124,7 +124,7 @@ pub(super) fn count(n: u64) -> String {
 }
 
 /// A noun with its number: "1 run", "4 runs".
-pub(super) fn plural(n: u64, noun: &str) -> String {
+pub(crate) fn plural(n: u64, noun: &str) -> String {
     if n == 1 { format!("{n} {noun}") } else { format!("{} {noun}s", count(n)) }
 }
 

@@ -254,7 +254,9 @@ fn figure(entry: &Entry, view: &SceneView, combined: &Image, rows: &[Row], paper
             montage.push(line + 1, tile);
         }
         montage.name_row(line + 1, ["weighted", "unweighted", "mean weight"][place(kind)]);
-        if let Some(ramp) = Picture::of_scale(Scale::Linear(1.0)).filter(|_| kind == Kind::Weight) {
+        if kind == Kind::Weight
+            && let Some(ramp) = Picture::of_scale(Scale::Linear(1.0))
+        {
             montage.scale_row(line + 1, ScaleBar { ramp, ends: ["0".into(), "1".into()] });
         }
     }
