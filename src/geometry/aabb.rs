@@ -45,6 +45,11 @@ impl Aabb {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    /// The point of it that is nearest to `p`. Of a box of something.
+    pub fn nearest(&self, p: Vec3A) -> Vec3A {
+        p.max(self.min).min(self.max)
+    }
+
     /// Twice the sum of the edge lengths' products; zero for the empty box.
     pub fn surface(&self) -> f32 {
         let s = self.size();

@@ -14,6 +14,8 @@
 mod aabb;
 mod bvh;
 mod facing;
+mod hollow;
+mod lanes;
 mod lathe;
 pub mod load;
 mod mesh;
@@ -132,18 +134,17 @@ impl Geometry {
     #[inline(always)]
     fn closest(&self, bvh: &Bvh, ray: &Ray) -> Option<Hit> {
         let found = bvh.closest(ray)?;
-        // Of what a function gives the parts are taken: so the point is put together in registers, and goes to memory once.
-        let SurfacePoint { p, ng, ns, uv, shape, prim } = match found.child.leaf() {
+        // In parts, so that the point is put together in registers: what a call writes bit by bit and is read at once makes
+        // the processor wait.
+        let (p, ng, ns, uv, shape, prim) = match found.child.leaf() {
             Leaf::Parallelograms(i) => {
                 let There { prim, barycentric, p, flat } = bvh.parallelograms[i].place(found.lane, found.at);
                 match flat {
-                    Some((ng, uv)) => {
-                        SurfacePoint { p, ng, ns: ng, uv, shape: self.shape_of[prim as usize], prim }
-                    }
-                    None => self.on_triangle(prim, barycentric, p),
+                    Some((ng, uv)) => (p, ng, ng, uv, self.shape_of[prim as usize], prim),
+                    None => self.on_triangle(prim, barycentric, p).parts(),
                 }
             }
-            _ => self.other_point(bvh, ray, &found),
+            _ => self.other_point(bvh, ray, &found).parts(),
         };
         Some(Hit { t: found.t, point: SurfacePoint { p, ng, ns, uv, shape, prim } })
     }
@@ -151,7 +152,6 @@ impl Geometry {
     /// The point of a hit on anything but a parallelogram.
     #[inline(never)]
     fn other_point(&self, bvh: &Bvh, ray: &Ray, found: &Found) -> SurfacePoint {
-        let at = |origin: Vec3A| origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(found.t);
         match found.child.leaf() {
             Leaf::Block(i) => {
                 let block = &bvh.blocks[i];
@@ -162,11 +162,11 @@ impl Geometry {
             Leaf::Parallelograms(_) => unreachable!("asked of what is no parallelogram"),
             Leaf::Sphere(i) => {
                 let (sphere, prim) = &bvh.spheres[i];
-                sphere.point(at(ray.origin) - sphere.centre.as_dvec3(), self.shape_of[*prim as usize], *prim)
+                sphere.point_at(ray, found.t, self.shape_of[*prim as usize], *prim)
             }
             Leaf::Disc(i) => {
                 let (disc, prim) = &bvh.discs[i];
-                disc.point(at(ray.origin), self.shape_of[*prim as usize], *prim)
+                disc.point(ray.at_exactly(found.t), self.shape_of[*prim as usize], *prim)
             }
         }
     }

@@ -5,6 +5,7 @@
 //! edges, affine functions of the position, and one test takes the place of two. f32 only tells what is missed for sure,
 //! with a bound on its rounding; what is left is decided in f64. Its hits are still hits of the triangles.
 
+use super::lanes::{Lanes, eight, eight::Eight, in_lanes};
 use super::mesh::{TriangleMesh, cross};
 use super::ray::{Footing, Ray};
 use super::shape::Span;
@@ -95,27 +96,38 @@ pub(super) fn split(Vec2 { x: s, y: t }: Vec2) -> (usize, Vec2) {
 }
 
 /// An affine function of the position, for each lane: coefficients of x, y, z, and the constant.
-type Affine = [Vec4; 4];
+type Affine<L> = [L; 4];
+
+/// What f32 needs to rule parallelograms out.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+struct Test<L> {
+    /// Over the plane (metres).
+    height: Affine<L>,
+    /// s − ½ and t − ½.
+    edges: [Affine<L>; 2],
+    /// The largest coordinate of a corner (metres), times [`ROUNDING`].
+    reach: L,
+    /// The larger sum of the coefficients' sizes of `edges` (1/m).
+    slope: L,
+    /// [`Footing::key`] of both primitives; of what is not used NaN.
+    keys: [L; 2],
+    used: u32,
+}
 
 /// Up to four parallelograms.
 #[derive(Clone, Debug)]
 #[repr(C)]
 pub(super) struct Block {
-    /// Over the plane (metres).
-    height: Affine,
-    /// s − ½ and t − ½.
-    edges: [Affine; 2],
-    /// The largest coordinate of a corner (metres), times [`ROUNDING`].
-    reach: Vec4,
-    /// The larger sum of the coefficients' sizes of `edges` (1/m).
-    slope: Vec4,
-    /// [`Footing::key`] of both primitives; of what is not used NaN.
-    keys: [Vec4; 2],
+    test: Test<Vec4>,
     /// Primitives, counted over all shapes, in the order of [`Parallelogram::triangles`].
     prims: [[u32; 2]; LANES],
     exact: [Exact; LANES],
-    used: u32,
 }
+
+/// The tests of two blocks, one after the other, in one.
+#[derive(Clone, Debug)]
+pub(super) struct Pair(Test<Eight>);
 
 /// A lane in f64.
 #[derive(Clone, Copy, Debug)]
@@ -172,13 +184,84 @@ impl Exact {
 }
 
 #[inline(always)]
-fn affine(f: &Affine, x: &[Vec4; 3]) -> Vec4 {
+fn affine<L: Lanes>(f: &Affine<L>, x: &[L; 3]) -> L {
     (f[0] * x[0] + f[1] * x[1]) + (f[2] * x[2] + f[3])
 }
 
 #[inline(always)]
-fn linear(f: &Affine, x: &[Vec4; 3]) -> Vec4 {
+fn linear<L: Lanes>(f: &Affine<L>, x: &[L; 3]) -> L {
     (f[0] * x[0] + f[1] * x[1]) + f[2] * x[2]
+}
+
+impl Test<Vec4> {
+    /// Of none.
+    fn none() -> Self {
+        Self {
+            height: [Vec4::ZERO; 4],
+            edges: [[Vec4::ZERO; 4]; 2],
+            reach: Vec4::ZERO,
+            slope: Vec4::ZERO,
+            keys: [Vec4::NAN; 2],
+            used: 0,
+        }
+    }
+}
+
+impl<L: Lanes> Test<L> {
+    /// The lanes that a ray may hit before `nearest`, as far as f32 tells.
+    ///
+    /// With M the sum of the largest coordinates of origin and corners, heights are wrong by no more than 9·2⁻²⁴·M and
+    /// rates by 7·2⁻²⁴. A hit is at most √3·M away, so the distance is wrong by 22·2⁻²⁴·M/|rate|, and s and t by as much
+    /// times the sum of their coefficients' sizes, and 15·2⁻²⁴·M times that sum of their own. Where the rate is 0, all
+    /// bounds are infinite or NaN, and no comparison with those rules a lane out.
+    ///
+    /// A segment mostly has both ends on one side of a plane, as in a room. The height of its end is wrong by no more than
+    /// 12·2⁻²⁴ times M with its length; of a ray without an end all is infinite or NaN again.
+    #[inline(always)]
+    fn candidates<const ANY: bool>(&self, ray: &Ray, nearest: f32) -> u32 {
+        let (origin, dir) = (in_lanes(ray.origin), in_lanes(ray.dir));
+        let (nearest_all, one) = (L::splat(nearest), L::splat(1.0));
+        let rate = linear(&self.height, &dir);
+        let height = affine(&self.height, &origin);
+        let (from, to) = (L::splat(ray.ends[0]), L::splat(ray.ends[1]));
+        let mut out = self.keys[0].equals(from) | self.keys[1].equals(from);
+        let size = ray.origin.abs().max_element() + if ANY { nearest } else { 0.0 };
+        let reach = self.reach + L::splat(size * ROUNDING);
+        if ANY {
+            let end = height + rate * nearest_all;
+            out = out | self.keys[0].equals(to) | self.keys[1].equals(to);
+            out = out | reach.below(height.min(end)) | height.max(end).below(-reach);
+            if self.used & !L::bits(out) == 0 {
+                return 0;
+            }
+        }
+        let inverse = one / rate;
+        let t = -height * inverse;
+        let margin = reach * (inverse.abs() + one);
+        let place = [origin[0] + t * dir[0], origin[1] + t * dir[1], origin[2] + t * dir[2]];
+        let (x, y) = (affine(&self.edges[0], &place).abs(), affine(&self.edges[1], &place).abs());
+        let rim = margin * self.slope + L::splat(0.5);
+        out = out | t.below(-margin) | (margin + nearest_all).below(t) | rim.below(x.max(y));
+        self.used & !L::bits(out)
+    }
+}
+
+impl Pair {
+    /// Of one block or two.
+    pub(super) fn of(blocks: &[Block]) -> Self {
+        let none = Test::none();
+        let (low, high) = (&blocks[0].test, blocks.get(1).map_or(&none, |block| &block.test));
+        let both = |low: Vec4, high: Vec4| eight::of(low.to_array(), high.to_array());
+        let affine = |low: &Affine<Vec4>, high: &Affine<Vec4>| std::array::from_fn(|k| both(low[k], high[k]));
+        Self(Test {
+            height: affine(&low.height, &high.height),
+            edges: [0, 1].map(|k| affine(&low.edges[k], &high.edges[k])),
+            reach: both(low.reach, high.reach),
+            slope: both(low.slope, high.slope),
+            keys: [0, 1].map(|k| both(low.keys[k], high.keys[k])),
+            used: low.used | high.used << LANES,
+        })
+    }
 }
 
 impl Block {
@@ -193,34 +276,27 @@ impl Block {
             duals: [DVec3::ZERO; 2],
             flat: None,
         };
-        let mut block = Self {
-            height: [Vec4::ZERO; 4],
-            edges: [[Vec4::ZERO; 4]; 2],
-            reach: Vec4::ZERO,
-            slope: Vec4::ZERO,
-            keys: [Vec4::NAN; 2],
-            prims: [[u32::MAX; 2]; LANES],
-            exact: [empty; LANES],
-            used: (1 << members.len()) - 1,
-        };
+        let mut block = Self { test: Test::none(), prims: [[u32::MAX; 2]; LANES], exact: [empty; LANES] };
+        let test = &mut block.test;
+        test.used = (1 << members.len()) - 1;
         for (lane, (member, first)) in members.iter().enumerate() {
             let exact = Exact::new(*member);
-            let set = |f: &mut Affine, gradient: DVec3, constant: f64| {
+            let set = |f: &mut Affine<Vec4>, gradient: DVec3, constant: f64| {
                 let rows = [gradient.x, gradient.y, gradient.z, constant];
                 f.iter_mut().zip(rows).for_each(|(row, x)| row[lane] = x as f32);
                 gradient.as_vec3().abs().element_sum()
             };
             let normal = exact.plane.normal();
-            set(&mut block.height, normal, -normal.dot(exact.span.corner));
+            set(&mut test.height, normal, -normal.dot(exact.span.corner));
             let slopes: [f32; 2] = std::array::from_fn(|k| {
                 let dual = exact.duals[k];
-                set(&mut block.edges[k], dual, -0.5 - dual.dot(exact.span.corner))
+                set(&mut test.edges[k], dual, -0.5 - dual.dot(exact.span.corner))
             });
-            block.slope[lane] = slopes[0].max(slopes[1]);
+            test.slope[lane] = slopes[0].max(slopes[1]);
             let corners = member.all_corners();
-            block.reach[lane] = ROUNDING * corners.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+            test.reach[lane] = ROUNDING * corners.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
             block.prims[lane] = member.triangles.map(|k| first + k as u32);
-            for (keys, prim) in block.keys.iter_mut().zip(block.prims[lane]) {
+            for (keys, prim) in test.keys.iter_mut().zip(block.prims[lane]) {
                 keys[lane] = Footing::key(prim);
             }
             block.exact[lane] = exact;
@@ -228,62 +304,61 @@ impl Block {
         block
     }
 
-    /// The lanes that a ray may hit before `nearest`, as far as f32 tells.
-    ///
-    /// With M the sum of the largest coordinates of origin and corners, heights are wrong by no more than 9·2⁻²⁴·M and
-    /// rates by 7·2⁻²⁴. A hit is at most √3·M away, so the distance is wrong by 22·2⁻²⁴·M/|rate|, and s and t by as much
-    /// times the sum of their coefficients' sizes, and 15·2⁻²⁴·M times that sum of their own. Where the rate is 0, all
-    /// bounds are infinite or NaN, and no comparison with those rules a lane out.
-    ///
-    /// A segment mostly has both ends on one side of a plane, as in a room. The height of its end is wrong by no more than
-    /// 12·2⁻²⁴ times M with its length; of a ray without an end all is infinite or NaN again.
-    #[inline(always)]
-    fn candidates<const ANY: bool>(&self, ray: &Ray, nearest: f32) -> u32 {
-        let origin = ray.origin.to_array().map(Vec4::splat);
-        let dir = ray.dir.to_array().map(Vec4::splat);
-        let rate = linear(&self.height, &dir);
-        let height = affine(&self.height, &origin);
-        let [from, to] = ray.ends.map(Vec4::splat);
-        let mut out = self.keys[0].cmpeq(from) | self.keys[1].cmpeq(from);
-        let size = ray.origin.abs().max_element() + if ANY { nearest } else { 0.0 };
-        let reach = self.reach + Vec4::splat(size * ROUNDING);
-        if ANY {
-            let end = height + rate * nearest;
-            out |= self.keys[0].cmpeq(to) | self.keys[1].cmpeq(to);
-            out |= height.min(end).cmpgt(reach) | height.max(end).cmplt(-reach);
-            if self.used & !out.bitmask() == 0 {
-                return 0;
-            }
-        }
-        let inverse = 1.0 / rate;
-        let t = -height * inverse;
-        let margin = reach * (inverse.abs() + 1.0);
-        let place = [0, 1, 2].map(|k| origin[k] + t * dir[k]);
-        let [x, y] = [0, 1].map(|k| affine(&self.edges[k], &place).abs());
-        let rim = margin * self.slope + 0.5;
-        out |= t.cmplt(-margin) | t.cmpgt(margin + nearest) | x.max(y).cmpgt(rim);
-        self.used & !out.bitmask()
-    }
-
     /// The nearest hit in (0, `nearest`): distance, lane, s and t. Of `ANY` hit there only the lane.
     #[inline(always)]
     pub(super) fn hit<const ANY: bool>(&self, ray: &Ray, nearest: f32) -> Option<(f32, usize, Vec2)> {
-        Self::hit_of::<ANY>(std::slice::from_ref(self), ray, nearest)
+        let mask = self.test.candidates::<ANY>(ray, nearest);
+        Self::hit_among::<ANY>(std::slice::from_ref(self), mask, ray, nearest)
     }
 
-    /// The nearest hit among several blocks, no more than [`Self::AT_ONCE`]. Lanes are counted through them.
+    /// The nearest hit among several blocks, no more than [`Self::AT_ONCE`]. Lanes are counted through them. `pairs`: the
+    /// same blocks in pairs, of which `WIDE` makes use.
     ///
     /// Which of them a ray hits nothing can foretell, but mostly it hits one: so all are asked before any is looked into.
     #[inline(always)]
-    pub(super) fn hit_of<const ANY: bool>(
+    pub(super) fn hit_of<const ANY: bool, const WIDE: bool>(
         blocks: &[Self],
+        pairs: &[Pair],
+        ray: &Ray,
+        nearest: f32,
+    ) -> Option<(f32, usize, Vec2)> {
+        let mut mask = 0;
+        if WIDE {
+            // Mostly there is one, and a loop would keep more at hand than there are registers.
+            if let Some((Pair(test), rest)) = pairs.split_first() {
+                mask = test.candidates::<ANY>(ray, nearest);
+                if !rest.is_empty() {
+                    // SAFETY: what is wide is run where there are eight lanes.
+                    mask |= unsafe { Self::among_pairs::<ANY>(rest, ray, nearest) } << Eight::COUNT;
+                }
+            }
+        } else {
+            for (i, block) in blocks.iter().enumerate() {
+                mask |= block.test.candidates::<ANY>(ray, nearest) << (LANES * i);
+            }
+        }
+        Self::hit_among::<ANY>(blocks, mask, ray, nearest)
+    }
+
+    /// The lanes of pairs that a ray may hit.
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
+    #[inline(never)]
+    unsafe fn among_pairs<const ANY: bool>(pairs: &[Pair], ray: &Ray, nearest: f32) -> u32 {
+        let mut mask = 0;
+        for (i, Pair(test)) in pairs.iter().enumerate() {
+            mask |= test.candidates::<ANY>(ray, nearest) << (Eight::COUNT * i);
+        }
+        mask
+    }
+
+    /// The nearest hit among the lanes in `mask`.
+    #[inline(always)]
+    fn hit_among<const ANY: bool>(
+        blocks: &[Self],
+        mut mask: u32,
         ray: &Ray,
         mut nearest: f32,
     ) -> Option<(f32, usize, Vec2)> {
-        let mut mask = 0;
-        for (i, block) in blocks.iter().enumerate() {
-            mask |= block.candidates::<ANY>(ray, nearest) << (LANES * i);
-        }
         let mut best = None;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize;

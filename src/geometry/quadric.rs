@@ -4,6 +4,7 @@
 //! away the sphere is.
 
 use super::SurfacePoint;
+use super::lanes::{Lanes, dot, eight, eight::Eight, in_lanes};
 use super::ray::Ray;
 use crate::math::{Frame, trig, warp};
 use glam::{DVec3, Vec2, Vec3A};
@@ -54,6 +55,49 @@ pub struct Disc {
     pub radius: f32,
 }
 
+/// Spheres side by side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spheres<L> {
+    centre: [L; 3],
+    /// A bit more than the radius, and than its square.
+    reach: L,
+    reach2: L,
+    used: u32,
+}
+
+impl Spheres<Eight> {
+    /// Of up to eight.
+    pub(super) fn of(spheres: &[Sphere]) -> Self {
+        let each = |f: &dyn Fn(&Sphere) -> f32| {
+            let [low, high] =
+                [0, 4].map(|first| std::array::from_fn(|i| spheres.get(first + i).map_or(0.0, f)));
+            eight::of(low, high)
+        };
+        Self {
+            centre: [0, 1, 2].map(|k| each(&|s| s.centre[k])),
+            reach: each(&|s| 1.001 * s.radius),
+            reach2: each(&|s| 1.001 * s.radius * s.radius),
+            used: (1 << spheres.len()) - 1,
+        }
+    }
+}
+
+impl<L: Lanes> Spheres<L> {
+    /// Those of which [`Sphere::is_missed`] does not hold, a bit for each.
+    #[inline(always)]
+    pub(super) fn met(&self, ray: &Ray, t_max: f32) -> u32 {
+        let (origin, dir) = (in_lanes(ray.origin), in_lanes(ray.dir));
+        let [x, y, z] = &self.centre;
+        let to_centre = [*x - origin[0], *y - origin[1], *z - origin[2]];
+        let (along, distance2) = (dot(&to_centre, &dir), dot(&to_centre, &to_centre));
+        let reach2 = self.reach2 + L::splat(2f32.powi(-19)) * distance2;
+        let missed = reach2.below(distance2 - along * along)
+            | (along.below(L::splat(0.0)) & reach2.below(distance2))
+            | (L::splat(t_max) + self.reach).below(L::splat(0.999) * along);
+        self.used & !L::bits(missed)
+    }
+}
+
 impl Sphere {
     /// Whether f32 is enough to say that a ray, up to `t_max`, does not meet the sphere.
     #[inline(always)]
@@ -66,6 +110,21 @@ impl Sphere {
         distance2 - along * along > reach2
             || (along < 0.0 && distance2 > reach2)
             || 0.999 * along > t_max + 1.001 * self.radius
+    }
+
+    /// Whether f32 is enough to say that a ray ends before it could come out of the sphere.
+    #[inline]
+    pub(super) fn holds_all_of(&self, ray: &Ray) -> bool {
+        // The distance from the centre is wrong by some 2⁻²¹ of the radius where this can be true.
+        let room = 0.999 * self.radius - ray.t_max;
+        room > 0.0 && (self.centre - ray.origin).length_squared() < room * room
+    }
+
+    /// Whether a point is in it, and not on it as [`Self::hit`] has it.
+    #[inline]
+    pub(super) fn holds(&self, p: DVec3) -> bool {
+        let radius2 = f64::from(self.radius).powi(2);
+        (p - self.centre.as_dvec3()).length_squared() - radius2 < -TINY * radius2
     }
 
     /// The nearest distance in (0, `t_max`) at which a ray meets the sphere.
@@ -100,6 +159,12 @@ impl Sphere {
     pub(super) fn place(&self, n: DVec3) -> (Vec3A, Vec3A) {
         let n = n.normalize();
         ((self.centre.as_dvec3() + n * f64::from(self.radius)).as_vec3a(), n.as_vec3a())
+    }
+
+    /// The point that a ray meets at the distance `t`.
+    #[inline]
+    pub(super) fn point_at(&self, ray: &Ray, t: f32, shape: u32, prim: u32) -> SurfacePoint {
+        self.point(ray.at_exactly(t) - self.centre.as_dvec3(), shape, prim)
     }
 
     /// The point of the sphere in the direction `n` from its centre (any length but 0).

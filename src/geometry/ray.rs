@@ -1,6 +1,6 @@
 //! Rays, and how far off a surface they start.
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 /// Part of a coordinate by which the origin of a ray is moved off a surface.
 ///
@@ -60,6 +60,12 @@ impl Ray {
     #[inline]
     pub fn at(&self, t: f32) -> Vec3A {
         self.origin + self.dir * t
+    }
+
+    /// The same in f64.
+    #[inline]
+    pub(super) fn at_exactly(&self, t: f32) -> DVec3 {
+        self.origin.as_dvec3() + self.dir.as_dvec3() * f64::from(t)
     }
 }
 

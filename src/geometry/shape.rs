@@ -25,6 +25,13 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// What it is made of, in order.
+    #[inline(always)]
+    pub(super) fn parts(self) -> (Vec3A, Vec3A, Vec3A, Vec2, u32, u32) {
+        let Self { p, ng, ns, uv, shape, prim } = self;
+        (p, ng, ns, uv, shape, prim)
+    }
+
     /// The ray from here in the unit direction `dir`, started just off the surface on that side.
     #[inline]
     pub fn spawn(&self, dir: Vec3A) -> Ray {

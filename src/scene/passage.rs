@@ -101,6 +101,15 @@ impl Scene {
         self.media.get(self.solids.medium(inside) as usize)
     }
 
+    /// The first wall on a ray that starts inside of these solids.
+    #[inline(always)]
+    fn wall(&self, ray: &Ray, inside: &Inside) -> Option<Hit> {
+        match self.solids.shell(inside) {
+            Some(shape) => self.geometry.intersect_within(shape, ray),
+            None => self.geometry.intersect(ray),
+        }
+    }
+
     /// The short view: how far light gets along `ray`, which starts inside of the solids `inside`. Draws random numbers
     /// only where something scatters. `track`: whether media are tracked that can be, see
     /// [`Medium::is_tracked`]; the passage then has them as clear.
@@ -124,7 +133,7 @@ impl Scene {
         let medium = self.media.get(index as usize);
         let Flown { collision, through } = fly_in(medium, ray, f32::INFINITY, &mut drawing);
         let reach = collision.unwrap_or(f32::INFINITY);
-        let wall = self.geometry.intersect(&Ray { t_max: reach, ..*ray });
+        let wall = self.wall(&Ray { t_max: reach, ..*ray }, &inside);
         let distance = wall.map_or(reach, |hit| hit.t);
         let place = match (wall, collision, medium) {
             (Some(hit), ..) => Some(Place::Surface(hit.point)),
@@ -166,7 +175,7 @@ impl Scene {
             let medium = self.medium_within(&inside);
             let Flown { collision, through } = fly_in(medium, &segment, limit, &mut drawing);
             let reach = collision.unwrap_or(limit * WALL_FIRST);
-            let wall = self.geometry.intersect(&Ray { t_max: reach, ..segment });
+            let wall = self.wall(&Ray { t_max: reach, ..segment }, &inside);
             let through = |t: f32| pass(passage, medium, &through, &segment, t, wall.is_none());
             let arrive = |place: Option<Place>, t: f32| Arrival {
                 place,
@@ -220,7 +229,7 @@ impl Scene {
             let limit = boundary.map_or(segment.t_max, |h| h.t * WALL_FIRST);
             let wall = match known {
                 Some(_) => None,
-                None => self.geometry.intersect(&Ray { t_max: limit, ..segment }),
+                None => self.wall(&Ray { t_max: limit, ..segment }, &inside),
             };
             let first = wall.or(boundary);
             let length = first.map_or(segment.t_max, |h| h.t);

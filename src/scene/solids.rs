@@ -19,6 +19,9 @@ const ODD_DIRECTION: Vec3A = Vec3A::new(0.387_684_1, 0.847_139_7, 0.363_394_14);
 /// Stands for no medium.
 pub const VACUUM: u32 = u32::MAX;
 
+/// Stands for no shape.
+const NO_SHELL: u32 = u32::MAX;
+
 /// What a solid is bounded by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
@@ -88,6 +91,8 @@ pub struct Solids {
     rooms: Vec<Room>,
     /// What is known of any of them at most.
     most: Room,
+    /// By solid, its shape if that is hollow, or [`NO_SHELL`].
+    shells: Vec<u32>,
 }
 
 impl Solids {
@@ -111,7 +116,15 @@ impl Solids {
         for (i, solid) in solids.iter().enumerate() {
             of_shape[solid.shape as usize] = i as u16;
         }
-        let mut all = Self { solids, of_shape, world, nested: false, rooms: Vec::new(), most: Room::Nowhere };
+        let mut all = Self {
+            solids,
+            of_shape,
+            world,
+            nested: false,
+            rooms: Vec::new(),
+            most: Room::Nowhere,
+            shells: Vec::new(),
+        };
         all.nested = !all.touching().is_empty();
         all.rooms = all.rooms();
         all.most = most(&all.rooms);
@@ -166,6 +179,18 @@ impl Solids {
     pub fn open_up(&mut self) {
         self.rooms.iter_mut().filter(|room| **room != Room::Nowhere).for_each(|room| *room = Room::Open);
         self.most = most(&self.rooms);
+    }
+
+    /// Says of the solids' shapes which are hollow, see [`Geometry::is_hollow`].
+    pub fn hollow_out(&mut self, is_hollow: impl Fn(u32) -> bool) {
+        let shells = self.solids.iter().map(|s| if is_hollow(s.shape) { s.shape } else { NO_SHELL });
+        self.shells = shells.collect();
+    }
+
+    /// The hollow shape that the foremost solid at a point inside of these is.
+    #[inline]
+    pub fn shell(&self, inside: &Inside) -> Option<u32> {
+        self.shells.get(usize::from(inside.foremost())).copied().filter(|shell| *shell != NO_SHELL)
     }
 
     /// The foremost refracting solid at a point inside of these, and what is known of it.

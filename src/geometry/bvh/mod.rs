@@ -10,8 +10,9 @@ mod build;
 mod traverse;
 
 use super::aabb::Aabb;
+use super::lanes::eight::Eight;
 use super::parallelogram::{self, Parallelogram};
-use super::quadric::{Disc, Sphere};
+use super::quadric::{Disc, Sphere, Spheres};
 use super::slab::FourBoxes;
 use super::triangle::Block;
 use glam::{Vec2, Vec3};
@@ -100,6 +101,10 @@ pub(super) struct Bvh {
     nodes: Vec<Node>,
     pub blocks: Vec<Block>,
     pub parallelograms: Vec<parallelogram::Block>,
+    /// The same in pairs, where all leaves are asked and the processor has eight lanes.
+    pairs: Vec<parallelogram::Pair>,
+    /// And the spheres.
+    octet: Option<Spheres<Eight>>,
     pub spheres: Vec<(Sphere, u32)>,
     pub discs: Vec<(Disc, u32)>,
     /// Entries that the stack of a traversal can come to hold.
@@ -107,6 +112,8 @@ pub(super) struct Bvh {
     bounds: Option<Aabb>,
     /// There are so few leaves that no tree is needed.
     flat: bool,
+    /// Whether the processor has eight lanes, see [`super::lanes::eight`].
+    wide: bool,
 }
 
 impl Bvh {
@@ -115,6 +122,7 @@ impl Bvh {
         size_of_val(&*self.nodes)
             + size_of_val(&*self.blocks)
             + size_of_val(&*self.parallelograms)
+            + size_of_val(&*self.pairs)
             + size_of_val(&*self.spheres)
             + size_of_val(&*self.discs)
     }
@@ -122,9 +130,11 @@ impl Bvh {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ray::Ray;
+    use super::super::lanes::eight;
+    use super::super::mesh::TriangleMesh;
+    use super::super::ray::{Footing, Ray};
     use super::super::triangle::Shear;
-    use super::{Bvh, Primitive};
+    use super::{Bvh, Parallelogram, Primitive, Sphere};
     use crate::math::{Stream, StreamKind, warp};
 
     impl Bvh {
@@ -171,6 +181,55 @@ mod tests {
                 assert_eq!(bvh.closest(ray).map(|f| f.t), *expected);
                 assert_eq!(bvh.any(ray), expected.is_some());
             }
+        }
+    }
+
+    /// With few leaves and with a tree; in the first all are asked, also of pairs with one block.
+    #[test]
+    fn eight_lanes_find_what_four_do() {
+        if !eight::is_at_hand() {
+            println!("skipped: this processor has four");
+            return;
+        }
+        let mut s = Stream::new(2, 0, StreamKind::Other, 0);
+        for faces in [1, 4, 5, 8, 11, 16, 30, 200] {
+            let build = |s: &mut Stream| {
+                // So coarse that sums are exact.
+                let mut point = || (warp::uniform_sphere(s.next_2d()) * 1024.0).round() / 1024.0;
+                let square = |i: usize| {
+                    let (p, u, v) = (point(), point(), point());
+                    let corners = [p, p + u, p + u + v, p + v];
+                    let mesh = TriangleMesh::new(
+                        corners.map(Into::into).to_vec(),
+                        None,
+                        None,
+                        vec![[0, 1, 2], [0, 2, 3]],
+                    );
+                    let whole = Parallelogram::of(&mesh.expect("a mesh"), 0).expect("a parallelogram");
+                    (Primitive::Parallelogram(whole), 2 * i as u32)
+                };
+                let mut primitives: Vec<_> = (0..faces).map(square).collect();
+                for i in 0..[2, 1, 0, 5][faces % 4] {
+                    let sphere = Sphere { centre: 0.9 * point(), radius: 0.1 + 0.2 * i as f32 };
+                    primitives.push((Primitive::Sphere(sphere), 2 * faces as u32 + i));
+                }
+                Bvh::build(&primitives)
+            };
+            let (wide, mut narrow) = (build(&mut s.clone()), build(&mut s));
+            assert!(wide.wide);
+            narrow.wide = false;
+            let mut hits = 0;
+            for _ in 0..5_000 {
+                let [origin, dir] = [0, 1].map(|_| warp::uniform_sphere(s.next_2d()));
+                let t_max = if s.next_1d() < 0.5 { f32::INFINITY } else { 2.0 * s.next_1d() };
+                let ends = [0, 1].map(|_| Footing::key((s.next_1d() * 2.0 * faces as f32) as u32));
+                let ray = Ray { t_max, ends, ..Ray::new(0.3 * origin, dir) };
+                let (found, expected) = (wide.closest(&ray), narrow.closest(&ray));
+                assert_eq!(format!("{found:?}"), format!("{expected:?}"));
+                assert_eq!(wide.any(&ray), narrow.any(&ray));
+                hits += usize::from(expected.is_some());
+            }
+            assert!(hits > 10 * faces.min(10), "{hits} of {faces}");
         }
     }
 }

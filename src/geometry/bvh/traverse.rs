@@ -40,11 +40,43 @@ impl Bvh {
         self.walk::<true>(ray, &mut found)
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn walk<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
-        if self.flat {
-            return self.walk_flat::<ANY>(ray, found);
+        // SAFETY: what is wide is called where the processor has eight lanes.
+        match (self.flat, self.wide) {
+            (true, true) => unsafe { self.flat_wide::<ANY>(ray, found) },
+            (true, false) => self.flat_narrow::<ANY>(ray, found),
+            (false, true) => unsafe { self.tree_wide::<ANY>(ray, found) },
+            (false, false) => self.tree_narrow::<ANY>(ray, found),
         }
+    }
+
+    /// Without a tree, for processors with eight lanes (see [`super::super::lanes::eight`]).
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
+    #[inline(never)]
+    unsafe fn flat_wide<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        self.walk_flat::<ANY, true>(ray, found)
+    }
+
+    #[inline(never)]
+    fn flat_narrow<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        self.walk_flat::<ANY, false>(ray, found)
+    }
+
+    /// Through the tree, for processors with eight lanes: the same, but their registers need fewer copies.
+    #[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
+    #[inline(never)]
+    unsafe fn tree_wide<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        self.walk_tree::<ANY>(ray, found)
+    }
+
+    #[inline(never)]
+    fn tree_narrow<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        self.walk_tree::<ANY>(ray, found)
+    }
+
+    #[inline(always)]
+    fn walk_tree<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
         // Clearing a stack takes time, beside a query in a small scene.
         match self.stack {
             0..=16 => self.walk_with::<ANY>(ray, found, &mut [0; 16]),
@@ -56,13 +88,10 @@ impl Bvh {
 
     /// All leaves one after the other.
     #[inline(always)]
-    fn walk_flat<const ANY: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
-        let mut any = false;
-        for (i, (sphere, _)) in self.spheres.iter().enumerate() {
-            any |= Self::take(round(sphere, ray, found.t), Child::new(Child::SPHERE, i), found);
-            if ANY && any {
-                return true;
-            }
+    fn walk_flat<const ANY: bool, const WIDE: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        let mut any = self.meet_spheres::<ANY, WIDE>(ray, found);
+        if ANY && any {
+            return true;
         }
         for (i, (disc, _)) in self.discs.iter().enumerate() {
             any |= Self::take(flat(disc, ray, found.t), Child::new(Child::DISC, i), found);
@@ -70,7 +99,8 @@ impl Bvh {
                 return true;
             }
         }
-        if let Some((t, lane, at)) = Block::hit_of::<ANY>(&self.parallelograms, ray, found.t) {
+        let hit = Block::hit_of::<ANY, WIDE>(&self.parallelograms, &self.pairs, ray, found.t);
+        if let Some((t, lane, at)) = hit {
             any = true;
             if ANY {
                 return true;
@@ -84,6 +114,35 @@ impl Bvh {
         let shear = Shear::new(ray);
         for (i, block) in self.blocks.iter().enumerate() {
             any |= Self::take(block.hit::<ANY>(ray, &shear, found.t), Child::new(Child::BLOCK, i), found);
+            if ANY && any {
+                return true;
+            }
+        }
+        any
+    }
+
+    /// All spheres; of `ANY` that is met no more than one.
+    #[inline(always)]
+    fn meet_spheres<const ANY: bool, const WIDE: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
+        let mut any = false;
+        if WIDE {
+            let mut mask = match &self.octet {
+                Some(octet) => octet.met(ray, found.t),
+                None => 0,
+            };
+            while mask != 0 {
+                let i = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                let hit = round_exactly(&self.spheres[i].0, ray, found.t);
+                any |= Self::take(hit, Child::new(Child::SPHERE, i), found);
+                if ANY && any {
+                    return true;
+                }
+            }
+            return any;
+        }
+        for (i, (sphere, _)) in self.spheres.iter().enumerate() {
+            any |= Self::take(round(sphere, ray, found.t), Child::new(Child::SPHERE, i), found);
             if ANY && any {
                 return true;
             }

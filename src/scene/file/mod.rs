@@ -158,6 +158,7 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
     solids.light_up(|bounds| {
         lights.lights().iter().filter_map(|l| bounds_of(l, &geometry)).any(|b| b.overlaps(bounds))
     });
+    solids.hollow_out(|shape| geometry.is_hollow(shape));
     if solids.within(&geometry, &camera.near_bounds(), None).is_none() {
         solids.open_up();
     }

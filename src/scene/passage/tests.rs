@@ -275,3 +275,44 @@ fn nothing_passes_between_rooms_that_are_apart() {
         assert!(scene.solids.is_dark(&wall) != word.contains("lamp"), "{word}");
     }
 }
+
+/// Milk in a ball of glass in fog, in a box: flights and surveys with the ball known to be hollow, and without.
+#[test]
+fn a_hollow_ball_changes_no_flight() {
+    let text = "[film]\nwidth = 4\nheight = 4\n[camera]\norigin = [0, 0, 5]\ntarget = [0, 0, 0]\n\
+        [medium.fog]\nsigma_a = 0.1\nsigma_s = 0.3\n[medium.milk]\nsigma_a = 0\nsigma_s = [4, 1, 0.5]\n\
+        [material.glass]\ndielectric = { ior = 1.5 }\n[material.nothing]\nnull = {}\n\
+        [[shape]]\nbox = { min = [-2, -2, -2], max = [2, 2, 2] }\nmaterial = 'nothing'\ninterior = 'fog'\n\
+        [[shape]]\nsphere = { radius = 0.8 }\nmaterial = 'glass'\ninterior = 'milk'\n\
+        [[shape]]\nrectangle = { corner = [-9, -9, -3], u = [18, 0, 0], v = [0, 18, 0] }\nemission = 1\n";
+    let scene = || from_source(&Source::from_text("ball.toml", text), &Default::default()).expect("a scene");
+    let (with, mut without) = (scene(), scene());
+    without.solids.hollow_out(|_| false);
+    let mut s = stream(6);
+    let (mut told, mut scattered, mut left) = (0, 0, 0);
+    for _ in 0..4000 {
+        let u = s.next_2d();
+        let origin = Vec3A::new(1.8 * u.x - 0.9, 1.8 * u.y - 0.9, 1.8 * s.next_1d() - 0.9);
+        let ray = Ray::new(origin, crate::math::warp::uniform_sphere(s.next_2d()).normalize());
+        let inside = with.solids.at(&with.geometry, origin);
+        if with.solids.shell(&inside).is_some() {
+            told += 1;
+        }
+        assert!(without.solids.shell(&inside).is_none());
+        let random = s.fork();
+        let fly = |scene: &Scene| scene.fly(&ray, inside, false, &mut random.clone());
+        let (found, expected) = (fly(&with), fly(&without));
+        assert_eq!(format!("{found:?}"), format!("{expected:?}"));
+        match expected.place {
+            Some(Place::Medium(_)) => scattered += 1,
+            _ => left += 1,
+        }
+        let survey = |scene: &Scene| {
+            let mut all = String::new();
+            scene.survey(&ray, inside, None, |s| all += &format!("{} {} {};", s.start, s.length, s.index));
+            all
+        };
+        assert_eq!(survey(&with), survey(&without));
+    }
+    assert!(told > 1000 && scattered > 500 && left > 500, "{told} {scattered} {left}");
+}
