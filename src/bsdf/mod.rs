@@ -316,6 +316,10 @@ impl Material {
     /// True where some lobe can be evaluated, and a connection can end here.
     #[inline(always)]
     pub fn has_smooth(&self) -> bool {
+        // The commonest, without a look at a table.
+        if let Self::Diffuse(_) = self {
+            return true;
+        }
         match self {
             Self::Diffuse(_) | Self::Phong(_) | Self::Plastic(_) => true,
             Self::Conductor(m) => m.is_rough(),

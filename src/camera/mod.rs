@@ -110,7 +110,8 @@ impl Camera {
     /// that is not there for the camera. 0 unless the camera has a near plane.
     #[inline]
     pub fn skipped(&self, dir: Vec3A) -> f32 {
-        self.near / dir.dot(self.forward)
+        // Without a division before a path can begin.
+        if self.near > 0.0 { self.near / dir.dot(self.forward) } else { 0.0 }
     }
 
     /// The middle of the plane where rays begin.

@@ -33,16 +33,18 @@ impl Partners<'_> {
 
 /// Traces the camera subpath of `pixel` (in the full frame) and joins it with `partners`.
 pub fn trace<S: Sink>(scene: &Scene, pass: &Pass, pixel: UVec2, partners: Partners, sink: &mut S) {
-    if scene.is_void() {
-        trace_in::<S, true>(scene, pass, pixel, partners, sink);
-    } else {
-        trace_in::<S, false>(scene, pass, pixel, partners, sink);
+    match (scene.is_void(), pass.settings.needs_light_paths()) {
+        (true, true) => trace_in::<S, true, false>(scene, pass, pixel, partners, sink),
+        (false, true) => trace_in::<S, false, false>(scene, pass, pixel, partners, sink),
+        (true, false) => trace_in::<S, true, true>(scene, pass, pixel, partners, sink),
+        (false, false) => trace_in::<S, false, true>(scene, pass, pixel, partners, sink),
     }
 }
 
-/// [`trace`], made once for scenes where nothing is but walls (`VOID`, see [`Scene::is_void`]) and once for all others.
-#[inline(always)]
-fn trace_in<S: Sink, const VOID: bool>(
+/// [`trace`], made once for scenes where nothing is but walls (`VOID`, see [`Scene::is_void`]) and once for all others; and
+/// once for sets of techniques without light subpaths (`ALONE`, see [`Visitor::ALONE`]), and once for all others.
+#[inline(never)]
+fn trace_in<S: Sink, const VOID: bool, const ALONE: bool>(
     scene: &Scene,
     pass: &Pass,
     pixel: UVec2,
@@ -57,7 +59,7 @@ fn trace_in<S: Sink, const VOID: bool>(
     sink.start(&Start::Lens(ray.origin));
     let flight = Flight::from_lens(scene, pass, &ray);
     let on = |t| pass.on(t);
-    let mut path = CameraPath::<S, VOID> {
+    let mut path = CameraPath::<S, VOID, ALONE> {
         scene,
         pass,
         partners,
@@ -73,7 +75,7 @@ fn trace_in<S: Sink, const VOID: bool>(
 }
 
 /// The visitor of a camera walk.
-struct CameraPath<'a, S, const VOID: bool> {
+struct CameraPath<'a, S, const VOID: bool, const ALONE: bool> {
     scene: &'a Scene,
     pass: &'a Pass,
     partners: Partners<'a>,
@@ -88,7 +90,7 @@ struct CameraPath<'a, S, const VOID: bool> {
     sink: &'a mut S,
 }
 
-impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
+impl<S: Sink, const VOID: bool, const ALONE: bool> CameraPath<'_, S, VOID, ALONE> {
     #[inline]
     fn raise(&self, x: f32) -> f32 {
         self.pass.raise(x)
@@ -219,11 +221,15 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
         } else {
             0.0
         };
-        let density = passage.density(place.rate(self.scene, light.dir));
-        let forward = light.end.pdf_direction * (cosine * falloff * density);
-        let beam = self.pass.beam(Mode::Importance, &passage, density);
-        let merges = vertex.merges(self.pass, Mode::Radiance, light.dir).with(beam);
-        let camera_side = vertex.link.close(merges, self.raise(scattering.pdf_light), self.raise(forward));
+        let camera_side = if ALONE {
+            0.0
+        } else {
+            let density = passage.density(place.rate(self.scene, light.dir));
+            let forward = light.end.pdf_direction * (cosine * falloff * density);
+            let beam = self.pass.beam(Mode::Importance, &passage, density);
+            let merges = vertex.merges(self.pass, Mode::Radiance, light.dir).with(beam);
+            vertex.link.close(merges, self.raise(scattering.pdf_light), self.raise(forward))
+        };
         let weight = connection_weight(count, light_side, camera_side);
         let sample =
             Sample { technique: Technique::NextEvent, s: 1, t: vertex.length + 1, contribution, weight };
@@ -315,7 +321,7 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     }
 }
 
-impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
+impl<S: Sink, const VOID: bool, const ALONE: bool> CameraPath<'_, S, VOID, ALONE> {
     /// Merges at a vertex.
     #[inline(never)]
     fn merge(&mut self, photons: &Photons, vertex: &Vertex) {
@@ -368,8 +374,9 @@ impl<S: Sink, const VOID: bool> CameraPath<'_, S, VOID> {
     }
 }
 
-impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
+impl<S: Sink, const VOID: bool, const ALONE: bool> Visitor for CameraPath<'_, S, VOID, ALONE> {
     const MODE: Mode = Mode::Radiance;
+    const ALONE: bool = ALONE;
 
     #[inline]
     fn count(&self, flight: &Flight, place: &Place) -> f32 {
@@ -385,7 +392,8 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
         if self.hit && self.scene.traits.emissive {
             self.record_glow(flight);
         }
-        if let Some(photons) = self.partners.photons
+        if !ALONE
+            && let Some(photons) = self.partners.photons
             && self.pass.camera_beams
             && flight.length + 1 < self.pass.settings.max_length
         {
@@ -412,6 +420,9 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
         if self.next_event {
             self.next_event(vertex, random);
         }
+        if ALONE {
+            return;
+        }
         if let Some(photons) = self.partners.photons {
             self.merge(photons, vertex);
         }
@@ -427,8 +438,11 @@ impl<S: Sink, const VOID: bool> Visitor for CameraPath<'_, S, VOID> {
             if passed <= 0.0 {
                 return;
             }
-            let at = (Rgb::ONE, 1.0);
-            let (link, _) = flight.link(self.pass, Self::MODE, 1.0, &passage, at, 0.0);
+            let link = if ALONE {
+                flight.link_alone(self.pass, 1.0, (passed, 1.0))
+            } else {
+                flight.link(self.pass, Self::MODE, 1.0, &passage, (Rgb::ONE, 1.0), 0.0).0
+            };
             let throughput = flight.throughput * (passage.transmittance / passed);
             self.record_hit(&light, &link, throughput, flight);
         }

@@ -240,6 +240,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
 }
 
 impl<S: Sink> Visitor for LightPath<'_, S> {
+    const ALONE: bool = false;
     const MODE: Mode = Mode::Importance;
 
     #[inline]

@@ -103,6 +103,12 @@ impl<F: Real> Link<F> {
         }
     }
 
+    /// The link of a vertex of a subpath that nothing is joined to: no technique is behind it.
+    #[inline]
+    pub fn alone(density: F) -> Self {
+        Self { density, behind: F::ZERO, count: F::ZERO }
+    }
+
     /// The link of the next vertex: `density` its own density raised, `sum` what [`Link::leave`] gave with all of it
     /// known, `geometry` what turns ρ at the next vertex into the density of this one: D/d² times the other side's
     /// free-flight factor of the edge, raised.

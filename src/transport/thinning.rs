@@ -159,6 +159,7 @@ impl Counter {
 }
 
 impl Visitor for Counter {
+    const ALONE: bool = false;
     const MODE: Mode = Mode::Radiance;
 
     fn count(&self, _: &Flight, _: &Place) -> f32 {

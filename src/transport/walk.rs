@@ -244,6 +244,9 @@ impl Vertex {
 pub trait Visitor {
     /// Which subpath this is.
     const MODE: Mode;
+    /// Whether nothing is joined to this subpath but lights, so that A_i, c_i and M_i are 0 all along it: what they are
+    /// made of is then not computed.
+    const ALONE: bool;
     /// c of the connection that ends this subpath just before the vertex at `place`, to which `flight` leads,
     /// raised (see [`Link::count`]); asked only where the vertex before is not specular.
     fn count(&self, flight: &Flight, place: &Place) -> f32;
@@ -325,6 +328,25 @@ impl Flight {
         }
     }
 
+    /// What an edge of this length has of 1/d².
+    #[inline(always)]
+    fn falloff(&self, distance: f32) -> f32 {
+        if self.infinite { 1.0 } else { 1.0 / (distance * distance) }
+    }
+
+    /// The density of the vertex that it leads to, in that vertex's measure, raised; `own`: the free-flight factor.
+    #[inline(always)]
+    fn density(&self, pass: &Pass, cosine: f32, falloff: f32, own: f32) -> f32 {
+        pass.raise(self.pdf * cosine * falloff * own)
+    }
+
+    /// [`Self::link`] of a subpath that nothing is joined to, see [`Visitor::ALONE`]. `place`: the free-flight factor and
+    /// |cos θ|.
+    #[inline(always)]
+    pub fn link_alone(&self, pass: &Pass, distance: f32, (own, cosine): (f32, f32)) -> Link {
+        Link::alone(self.density(pass, cosine, self.falloff(distance), own))
+    }
+
     /// The link of a vertex at `distance`, reached by a walk in `mode` through `passage`, and b of the edge, raised.
     /// `place`: the vertex's rate (see [`Place::rate`]) and |cos θ|; `count`: c of the connection before it.
     #[inline(always)]
@@ -341,7 +363,7 @@ impl Flight {
         // T→ on a light subpath, T← on a camera subpath; and the one of the edge's other end.
         let own = passage.density(rate);
         let reverse = passage.density(self.rate);
-        let falloff = if self.infinite { 1.0 } else { 1.0 / (distance * distance) };
+        let falloff = self.falloff(distance);
         // Without a collision at the start there is nothing that b multiplies.
         let sum = if self.sum.open > 0.0 {
             self.sum.with(pass.beam(other(mode), passage, reverse))
@@ -349,7 +371,7 @@ impl Flight {
             self.sum.known
         };
         let link = Link::next(
-            pass.raise(self.pdf * cosine * falloff * own),
+            self.density(pass, cosine, falloff, own),
             sum,
             pass.raise(self.cosine * falloff * reverse),
             count,
@@ -400,9 +422,13 @@ fn arrive<V: Visitor>(
     visitor: &V,
 ) -> Vertex {
     let length = flight.length + 1;
-    let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
-    let at = (rate, place.cosine(flight.ray.dir));
-    let (link, beam) = flight.link(pass, V::MODE, distance + flight.skipped, &passage, at, count);
+    let (whole, cosine) = (distance + flight.skipped, place.cosine(flight.ray.dir));
+    let (link, beam) = if V::ALONE {
+        (flight.link_alone(pass, whole, (own, cosine)), 0.0)
+    } else {
+        let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
+        flight.link(pass, V::MODE, whole, &passage, (rate, cosine), count)
+    };
     let (outside, beam) = match &place {
         Place::Surface(point) => (scene.solids.outside_index(point.shape, &inside), 0.0),
         Place::Medium(_) => (0.0, beam),
@@ -476,7 +502,12 @@ fn leave_surface<V: Visitor>(
         // [Veach 1997, 5.3.2]: |wl·ns| |wc·ng| / (|wl·ng| |wc·ns|)
         Mode::Importance => (local_from.z * cosine / (from.dot(point.ng) * sample.to.z)).abs(),
     };
-    let back = pass.raise(continuation * sample.pdf_rev);
+    let sum = if V::ALONE {
+        Pending::NONE
+    } else {
+        let back = pass.raise(continuation * sample.pdf_rev);
+        vertex.link.leave(sample.specular, vertex.merges(pass, V::MODE, dir), back)
+    };
     let label = if sample.specular { Label::Specular } else { Label::Surface };
     *next = Flight {
         ray: point.spawn(dir),
@@ -490,7 +521,7 @@ fn leave_surface<V: Visitor>(
         infinite: false,
         specular: sample.specular,
         share: 1.0,
-        sum: vertex.link.leave(sample.specular, vertex.merges(pass, V::MODE, dir), back),
+        sum,
         length: vertex.length,
         trail: visitor.extend(vertex.trail, label),
     };
@@ -516,7 +547,12 @@ fn leave_collision<V: Visitor>(
     let u = (random.next_1d(), random.next_2d());
     let PhaseSample { to: dir, pdf: phase, reverse: phase_back, weight } =
         medium.sample_phase(collision.p, vertex.to_previous, u);
-    let reverse = pass.continuation(other(V::MODE), indexed, &collision.coefficients) * phase_back;
+    let sum = if V::ALONE {
+        Pending::NONE
+    } else {
+        let reverse = pass.continuation(other(V::MODE), indexed, &collision.coefficients) * phase_back;
+        vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(reverse))
+    };
     *next = Flight {
         ray: Ray::new(collision.p, dir),
         from: collision.p,
@@ -529,7 +565,7 @@ fn leave_collision<V: Visitor>(
         infinite: false,
         specular: false,
         share: pass.thinning.share(collision.medium),
-        sum: vertex.link.leave(false, vertex.merges(pass, V::MODE, dir), pass.raise(reverse)),
+        sum,
         length: vertex.length,
         trail: visitor.extend(vertex.trail, Label::Medium),
     };
