@@ -143,7 +143,7 @@ impl Case {
         if study {
             let told =
                 std::env::var("TYNDALL_STUDY_SECONDS").map(|text| text.parse().expect("a number of seconds"));
-            let sharp = sharpen(&mut pair, told.unwrap_or(MOST));
+            let sharp = sharpen(&self.name(), &mut pair, told.unwrap_or(MOST));
             self.compare(&pair, if sharp { SMALLEST } else { f64::INFINITY });
         }
     }
@@ -162,12 +162,17 @@ fn means(pair: &[Runs; 2]) -> [Means; 2] {
 }
 
 /// Extends both until they tell a bias of [`SMALLEST`], or `most` seconds have gone: says whether they do. How far
-/// each goes only the variances and the costs say.
-fn sharpen(pair: &mut [Runs; 2], most: f64) -> bool {
+/// each goes only the variances and the costs say. Prints what they have come to tell after each part.
+fn sharpen(name: &str, pair: &mut [Runs; 2], most: f64) -> bool {
     loop {
         let [a, b] = means(pair);
         let seen = a.detectable(&b);
-        let left = most - pair[0].seconds - pair[1].seconds;
+        let spent = pair[0].seconds + pair[1].seconds;
+        let left = most - spent;
+        println!(
+            "{name}, {spent:.0} s, {} and {} iterations: detectable {seen:.5}",
+            pair[0].iterations, pair[1].iterations
+        );
         if seen <= SMALLEST || left <= 0.0 {
             return seen <= SMALLEST;
         }
@@ -178,7 +183,7 @@ fn sharpen(pair: &mut [Runs; 2], most: f64) -> bool {
         let roots = [0, 1].map(|k| (variance[k] * pair[k].iterations as f64 * cost(&pair[k])).sqrt());
         for (runs, root) in pair.iter_mut().zip(roots) {
             let needed = root / cost(runs) * (roots[0] + roots[1]) / allowed;
-            let affordable = runs.iterations as f64 + left / cost(runs);
+            let affordable = runs.iterations as f64 + left * root / (roots[0] + roots[1]) / cost(runs);
             let to = needed.min(affordable).min(FORESIGHT * runs.iterations as f64);
             runs.extend(to.ceil() as u64);
         }
