@@ -7,8 +7,6 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 pub(super) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// How many.
-    const COUNT: usize;
     /// Lanes in which something holds.
     type Mask: Copy + BitOr<Output = Self::Mask> + BitAnd<Output = Self::Mask>;
 
@@ -36,7 +34,6 @@ pub(super) fn dot<L: Lanes>(a: &[L; 3], b: &[L; 3]) -> L {
 }
 
 impl Lanes for Vec4 {
-    const COUNT: usize = 4;
     type Mask = BVec4A;
 
     #[inline(always)]
@@ -129,7 +126,6 @@ pub(super) mod eight {
     }
 
     impl Lanes for Eight {
-        const COUNT: usize = 8;
         type Mask = Self;
 
         #[inline(always)]

@@ -5,7 +5,7 @@
 //! edges, affine functions of the position, and one test takes the place of two. f32 only tells what is missed for sure,
 //! with a bound on its rounding; what is left is decided in f64. Its hits are still hits of the triangles.
 
-use super::lanes::{Lanes, eight, eight::Eight, in_lanes};
+use super::lanes::{Lanes, dot, eight, eight::Eight, in_lanes};
 use super::mesh::{TriangleMesh, cross};
 use super::ray::{Footing, Ray};
 use super::shape::Span;
@@ -190,7 +190,7 @@ fn affine<L: Lanes>(f: &Affine<L>, x: &[L; 3]) -> L {
 
 #[inline(always)]
 fn linear<L: Lanes>(f: &Affine<L>, x: &[L; 3]) -> L {
-    (f[0] * x[0] + f[1] * x[1]) + f[2] * x[2]
+    dot(&[f[0], f[1], f[2]], x)
 }
 
 impl Test<Vec4> {
@@ -247,6 +247,8 @@ impl<L: Lanes> Test<L> {
 }
 
 impl Pair {
+    const LANES: usize = 2 * LANES;
+
     /// Of one block or two.
     pub(super) fn of(blocks: &[Block]) -> Self {
         let none = Test::none();
@@ -329,7 +331,7 @@ impl Block {
                 mask = test.candidates::<ANY>(ray, nearest);
                 if !rest.is_empty() {
                     // SAFETY: what is wide is run where there are eight lanes.
-                    mask |= unsafe { Self::among_pairs::<ANY>(rest, ray, nearest) } << Eight::COUNT;
+                    mask |= unsafe { Self::among_pairs::<ANY>(rest, ray, nearest) } << Pair::LANES;
                 }
             }
         } else {
@@ -346,7 +348,7 @@ impl Block {
     unsafe fn among_pairs<const ANY: bool>(pairs: &[Pair], ray: &Ray, nearest: f32) -> u32 {
         let mut mask = 0;
         for (i, Pair(test)) in pairs.iter().enumerate() {
-            mask |= test.candidates::<ANY>(ray, nearest) << (Eight::COUNT * i);
+            mask |= test.candidates::<ANY>(ray, nearest) << (Pair::LANES * i);
         }
         mask
     }

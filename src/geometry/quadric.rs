@@ -66,11 +66,14 @@ pub(super) struct Spheres<L> {
 }
 
 impl Spheres<Eight> {
-    /// Of up to eight.
-    pub(super) fn of(spheres: &[Sphere]) -> Self {
+    /// How many [`Self::of`] takes.
+    pub(super) const AT_ONCE: usize = 8;
+
+    /// Of some, each with what it is kept with.
+    pub(super) fn of<T>(spheres: &[(Sphere, T)]) -> Self {
         let each = |f: &dyn Fn(&Sphere) -> f32| {
-            let [low, high] =
-                [0, 4].map(|first| std::array::from_fn(|i| spheres.get(first + i).map_or(0.0, f)));
+            let [low, high] = [0, 4]
+                .map(|first| std::array::from_fn(|i| spheres.get(first + i).map_or(0.0, |(s, _)| f(s))));
             eight::of(low, high)
         };
         Self {

@@ -19,9 +19,6 @@ const ODD_DIRECTION: Vec3A = Vec3A::new(0.387_684_1, 0.847_139_7, 0.363_394_14);
 /// Stands for no medium.
 pub const VACUUM: u32 = u32::MAX;
 
-/// Stands for no shape.
-const NO_SHELL: u32 = u32::MAX;
-
 /// What a solid is bounded by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
@@ -91,8 +88,8 @@ pub struct Solids {
     rooms: Vec<Room>,
     /// What is known of any of them at most.
     most: Room,
-    /// By solid, its shape if that is hollow, or [`NO_SHELL`].
-    shells: Vec<u32>,
+    /// By solid, its shape if that is hollow.
+    shells: Vec<Option<u32>>,
 }
 
 impl Solids {
@@ -183,14 +180,13 @@ impl Solids {
 
     /// Says of the solids' shapes which are hollow, see [`Geometry::is_hollow`].
     pub fn hollow_out(&mut self, is_hollow: impl Fn(u32) -> bool) {
-        let shells = self.solids.iter().map(|s| if is_hollow(s.shape) { s.shape } else { NO_SHELL });
-        self.shells = shells.collect();
+        self.shells = self.solids.iter().map(|s| is_hollow(s.shape).then_some(s.shape)).collect();
     }
 
     /// The hollow shape that the foremost solid at a point inside of these is.
     #[inline]
     pub fn shell(&self, inside: &Inside) -> Option<u32> {
-        self.shells.get(usize::from(inside.foremost())).copied().filter(|shell| *shell != NO_SHELL)
+        self.shells.get(usize::from(inside.foremost())).copied().flatten()
     }
 
     /// The foremost refracting solid at a point inside of these, and what is known of it.

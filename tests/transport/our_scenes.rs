@@ -181,9 +181,10 @@ fn sharpen(name: &str, pair: &mut [Runs; 2], most: f64) -> bool {
         let cost = |runs: &Runs| runs.seconds / runs.iterations as f64;
         let variance = [a, b].map(|means| means.variance());
         let roots = [0, 1].map(|k| (variance[k] * pair[k].iterations as f64 * cost(&pair[k])).sqrt());
+        let both = roots[0] + roots[1];
         for (runs, root) in pair.iter_mut().zip(roots) {
-            let needed = root / cost(runs) * (roots[0] + roots[1]) / allowed;
-            let affordable = runs.iterations as f64 + left * root / (roots[0] + roots[1]) / cost(runs);
+            let needed = root / cost(runs) * both / allowed;
+            let affordable = runs.iterations as f64 + left * root / both / cost(runs);
             let to = needed.min(affordable).min(FORESIGHT * runs.iterations as f64);
             runs.extend(to.ceil() as u64);
         }

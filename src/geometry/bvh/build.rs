@@ -1,10 +1,9 @@
 //! From primitives to the tree.
 
 use super::super::aabb::Aabb;
-use super::super::lanes::Lanes;
-use super::super::lanes::eight::{self, Eight};
+use super::super::lanes::eight;
 use super::super::parallelogram::{self, Parallelogram};
-use super::super::quadric::{Sphere, Spheres};
+use super::super::quadric::Spheres;
 use super::super::triangle::{Block, LANES};
 use super::{Bvh, Child, Node, Primitive};
 use glam::{Vec3, Vec3A, Vec4};
@@ -22,7 +21,7 @@ const ROUND_COST: f32 = 1.0;
 
 /// Leaves up to which testing all of them is faster than a tree.
 const FLAT: usize = 8;
-const _: () = assert!(FLAT <= parallelogram::Block::AT_ONCE && FLAT <= Eight::COUNT);
+const _: () = assert!(FLAT <= parallelogram::Block::AT_ONCE && FLAT <= Spheres::AT_ONCE);
 
 /// The cheapest ways to turn the subtree of a binary node into at most 1, 2, 3, 4 subtrees of the new tree.
 #[derive(Clone, Copy, Default)]
@@ -122,15 +121,14 @@ impl Bvh {
         }
         bvh.blocks = triangles.chunks(LANES).map(Block::new).collect();
         bvh.parallelograms = parallelograms.chunks(LANES).map(parallelogram::Block::new).collect();
-        bvh.wide = eight::is_at_hand();
         let leaves = bvh.blocks.len() + bvh.parallelograms.len() + bvh.spheres.len() + bvh.discs.len();
         if leaves > FLAT {
             return None;
         }
+        bvh.wide = eight::is_at_hand();
         if bvh.wide {
             bvh.pairs = bvh.parallelograms.chunks(2).map(parallelogram::Pair::of).collect();
-            let spheres: Vec<Sphere> = bvh.spheres.iter().map(|(sphere, _)| *sphere).collect();
-            bvh.octet = (!spheres.is_empty()).then(|| Spheres::of(&spheres));
+            bvh.octet = (!bvh.spheres.is_empty()).then(|| Spheres::of(&bvh.spheres));
         }
         Some(bvh)
     }

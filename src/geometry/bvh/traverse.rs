@@ -124,25 +124,22 @@ impl Bvh {
     /// All spheres; of `ANY` that is met no more than one.
     #[inline(always)]
     fn meet_spheres<const ANY: bool, const WIDE: bool>(&self, ray: &Ray, found: &mut Found) -> bool {
-        let mut any = false;
+        let mut mask = 0;
         if WIDE {
-            let mut mask = match &self.octet {
-                Some(octet) => octet.met(ray, found.t),
-                None => 0,
-            };
-            while mask != 0 {
-                let i = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                let hit = round_exactly(&self.spheres[i].0, ray, found.t);
-                any |= Self::take(hit, Child::new(Child::SPHERE, i), found);
-                if ANY && any {
-                    return true;
-                }
+            if let Some(octet) = &self.octet {
+                mask = octet.met(ray, found.t);
             }
-            return any;
+        } else {
+            for (i, (sphere, _)) in self.spheres.iter().enumerate() {
+                mask |= u32::from(!sphere.is_missed(ray, found.t)) << i;
+            }
         }
-        for (i, (sphere, _)) in self.spheres.iter().enumerate() {
-            any |= Self::take(round(sphere, ray, found.t), Child::new(Child::SPHERE, i), found);
+        let mut any = false;
+        while mask != 0 {
+            let i = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            let hit = round_exactly(&self.spheres[i].0, ray, found.t);
+            any |= Self::take(hit, Child::new(Child::SPHERE, i), found);
             if ANY && any {
                 return true;
             }
