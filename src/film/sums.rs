@@ -134,20 +134,26 @@ fn first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     first
 }
 
+/// Brings near `items` of a pixel, so many a pixel.
+#[inline]
+fn prefetch_row<T>(row: &[T], pixel: usize, items: usize) {
+    // A prefetch brings two lines of 64 bytes, which is five entries of 24.
+    let (mut next, end) = (pixel * items, pixel * items + items);
+    while next < end {
+        prefetch(row, next);
+        next += 5;
+    }
+}
+
 impl Part<'_> {
     /// Brings near what is kept of a pixel.
     #[inline]
     pub(super) fn expect_pixel(&self, pixel: usize) {
-        // A prefetch brings two lines of 64 bytes, which is five entries of 24.
-        for family in (0..self.families).step_by(5) {
-            prefetch(self.weighted, pixel * self.families + family);
-        }
+        prefetch_row(self.weighted, pixel, self.families);
         if !self.beside.is_empty() {
             prefetch(self.beside, pixel * self.families);
         }
-        for pair in (0..self.pairs).step_by(5) {
-            prefetch(self.by_pair, pixel * self.pairs + pair);
-        }
+        prefetch_row(self.by_pair, pixel, self.pairs);
     }
 
     /// Brings near what is kept of a sample beside its weighted contribution.

@@ -189,7 +189,7 @@ impl<S: Sink, const VOID: bool, const ALONE: bool> CameraPath<'_, S, VOID, ALONE
         }
         let (place, position) = (&vertex.place, vertex.place.position());
         let Some(light) = lights.sample_toward(geometry, position, select, u) else { return };
-        let Some(scattering) = vertex.scatter(self.scene, self.pass, light.dir, vertex.to_previous) else {
+        let Some(scattering) = vertex.scatter(self.scene, self.pass, Mode::Radiance, light.dir) else {
             return;
         };
         let infinite = light.end.infinite;
@@ -277,8 +277,8 @@ impl<S: Sink, const VOID: bool, const ALONE: bool> CameraPath<'_, S, VOID, ALONE
         if !VOID && self.scene.solids.are_apart(&inside, &other.inside_toward(self.scene, -dir)) {
             return;
         }
-        let Some(at_camera) = vertex.scatter(self.scene, self.pass, dir, vertex.to_previous) else { return };
-        let Some(at_light) = other.scatter(self.scene, self.pass, other.to_previous, -dir) else { return };
+        let Some(at_camera) = vertex.scatter(self.scene, self.pass, Mode::Radiance, dir) else { return };
+        let Some(at_light) = other.scatter(self.scene, self.pass, Mode::Importance, -dir) else { return };
         let camera_geometry = vertex.place.cosine(dir) * falloff;
         let light_cosine = other.place.cosine(dir);
         let contribution = vertex.throughput

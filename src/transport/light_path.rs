@@ -211,7 +211,7 @@ impl<'a, S: Sink> LightPath<'a, S> {
         if self.scene.solids.are_apart(&inside, &self.scene.camera_inside) {
             return;
         }
-        let Some(scattering) = vertex.scatter(self.scene, self.pass, vertex.to_previous, -dir) else {
+        let Some(scattering) = vertex.scatter(self.scene, self.pass, Mode::Importance, -dir) else {
             return;
         };
         let geometry = camera.pdf_direction(lens, dir) * vertex.place.cosine(dir) / d2;

@@ -129,6 +129,9 @@ pub struct Vertex {
     pub trail: u32,
     /// Index of refraction outside of a solid's boundary, see [`Site::outside`].
     pub outside: f32,
+    /// On a surface: the probability that a subpath goes on from here; 0 where nothing that comes from `to_previous` is
+    /// scattered, see [`consistent`]. 1 in a medium, where it depends on the walk (see [`Pass::continuation`]).
+    pub continuation: f32,
 }
 
 /// What a vertex does to light between two directions, with both subpaths' densities.
@@ -152,13 +155,14 @@ fn consistent(point: &SurfacePoint, direction: Vec3A) -> bool {
 }
 
 impl Vertex {
-    /// The scattering from `wl`, toward the light, to `wc`, toward the camera (both unit, away from the vertex), by
-    /// all lobes that are not specular. `None` where there is none.
+    /// What the vertex of a subpath that is walked in `mode` does between its vertex before and the unit direction `dir`, away
+    /// from it, by all lobes that are not specular. `None` where there is none.
     #[inline(always)]
-    pub fn scatter(&self, scene: &Scene, pass: &Pass, wl: Vec3A, wc: Vec3A) -> Option<Scattering> {
+    pub fn scatter(&self, scene: &Scene, pass: &Pass, mode: Mode, dir: Vec3A) -> Option<Scattering> {
         match &self.place {
-            Place::Surface(point) => self.scatter_surface(scene, point, wl, wc),
+            Place::Surface(point) => self.scatter_surface(scene, point, mode, dir),
             Place::Medium(collision) => {
+                let (wl, wc) = mode.order(self.to_previous, dir);
                 let medium = &scene.media[collision.medium as usize];
                 let scattering = scatter_in(
                     pass,
@@ -178,19 +182,20 @@ impl Vertex {
         &self,
         scene: &Scene,
         point: &SurfacePoint,
-        wl: Vec3A,
-        wc: Vec3A,
+        mode: Mode,
+        dir: Vec3A,
     ) -> Option<Scattering> {
-        if !(consistent(point, wl) && consistent(point, wc)) {
+        let continuation = self.continuation;
+        if continuation <= 0.0 || !consistent(point, dir) {
             return None;
         }
+        let (wl, wc) = mode.order(self.to_previous, dir);
         let material = scene.material(point.shape);
         let site = Site { uv: point.uv, outside: self.outside };
         let bsdf = material.evaluate_world(site, point.ns, wl, wc);
         if bsdf.f == Rgb::ZERO {
             return None;
         }
-        let continuation = material.continuation(point.uv);
         Some(Scattering {
             value: bsdf.f * (wl.dot(point.ns) / wl.dot(point.ng)).abs(),
             pdf_light: bsdf.pdf_lc * continuation,
@@ -198,11 +203,11 @@ impl Vertex {
         })
     }
 
-    /// Whether anything can be joined to it: it has a lobe that is not specular.
+    /// Whether anything can be joined to it: it has a lobe that is not specular and what comes from the vertex before.
     #[inline(always)]
     pub fn is_connectible(&self, scene: &Scene) -> bool {
         match &self.place {
-            Place::Surface(point) => scene.material(point.shape).has_smooth(),
+            Place::Surface(point) => self.continuation > 0.0 && scene.material(point.shape).has_smooth(),
             Place::Medium(_) => true,
         }
     }
@@ -429,13 +434,21 @@ fn arrive<V: Visitor>(
         let count = if flight.specular { 0.0 } else { visitor.count(flight, &place) };
         flight.link(pass, V::MODE, whole, &passage, (rate, cosine), count)
     };
-    let (outside, beam) = match &place {
-        Place::Surface(point) => (scene.solids.outside_index(point.shape, &inside), 0.0),
-        Place::Medium(_) => (0.0, beam),
+    let to_previous = -flight.ray.dir;
+    let (outside, beam, continuation) = match &place {
+        Place::Surface(point) => {
+            let continuation = if consistent(point, to_previous) {
+                scene.material(point.shape).continuation(point.uv)
+            } else {
+                0.0
+            };
+            (scene.solids.outside_index(point.shape, &inside), 0.0, continuation)
+        }
+        Place::Medium(_) => (0.0, beam, 1.0),
     };
     Vertex {
         place,
-        to_previous: -flight.ray.dir,
+        to_previous,
         throughput: flight.throughput * (passage.transmittance / own),
         inside,
         link,
@@ -443,6 +456,7 @@ fn arrive<V: Visitor>(
         length,
         trail: flight.trail,
         outside,
+        continuation,
     }
 }
 
@@ -479,14 +493,11 @@ fn leave_surface<V: Visitor>(
     next: &mut Flight,
 ) -> bool {
     let from = vertex.to_previous;
-    if !consistent(point, from) {
-        return false;
-    }
-    let material: &Material = scene.material(point.shape);
-    let continuation = material.continuation(point.uv);
+    let continuation = vertex.continuation;
     if !survives(continuation, random) {
         return false;
     }
+    let material: &Material = scene.material(point.shape);
     let frame = Frame::from_normal(point.ns);
     let local_from = frame.to_local(from);
     let u = (random.next_1d(), random.next_2d());

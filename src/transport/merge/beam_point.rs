@@ -2,6 +2,7 @@
 
 use super::join::{self, Arm, nearest};
 use super::photons::Photons;
+use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::geometry::Ray;
 use crate::scene::{Collision, Scene};
@@ -34,7 +35,7 @@ pub fn gather(
             return;
         }
         let Some(light) = photons.arm(scene, pass, beam, t, &collision.coefficients) else { return };
-        let Some(scattering) = vertex.scatter(scene, pass, light.back, vertex.to_previous) else { return };
+        let Some(scattering) = vertex.scatter(scene, pass, Mode::Radiance, light.back) else { return };
         let kernel = pass.settings.merging.kernel.disc(d2 / (radius * radius));
         let arms = (&light, &camera);
         let sample = join::sample(pass, Technique::BeamPoint, Label::Medium, arms, &scattering, kernel);

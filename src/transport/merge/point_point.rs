@@ -2,6 +2,7 @@
 
 use super::join::{self, Arm};
 use super::photons::Photons;
+use crate::bsdf::Mode;
 use crate::film::Sample;
 use crate::scene::{Collision, Scene};
 use crate::transport::expression::Label;
@@ -27,7 +28,7 @@ pub fn gather(
         if photon.medium() != Some(collision.medium) || !join::asked_for(pass, Label::Medium, light, camera) {
             return;
         }
-        let Some(scattering) = vertex.scatter(scene, pass, photon.to_previous.into(), arm.back) else {
+        let Some(scattering) = vertex.scatter(scene, pass, Mode::Radiance, photon.to_previous.into()) else {
             return;
         };
         let kernel = pass.settings.merging.kernel.ball(d2 / (radius * radius));
