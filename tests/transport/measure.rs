@@ -245,6 +245,52 @@ impl Means {
     }
 }
 
+/// Means of the differences of runs with the same seeds by two sets of techniques. Such runs have most random numbers in
+/// common and so most of their noise, which leaves far less of it in the difference than independent runs would.
+pub struct Differences {
+    means: Means,
+    /// Those of the second set, which the differences are relative to.
+    scale: Means,
+}
+
+impl Differences {
+    /// Of runs that go by the same seeds, run by run; they may have different numbers of iterations.
+    pub fn of(a: &[Image], b: &[Image]) -> Self {
+        let minus = |a: &Image, b: &Image| {
+            let pixels = a.pixels.iter().zip(&b.pixels);
+            Image { pixels: pixels.map(|(a, b)| [0, 1, 2].map(|c| a[c] - b[c])).collect(), ..a.clone() }
+        };
+        let runs: Vec<Image> = a.iter().zip(b).map(|(a, b)| minus(a, b)).collect();
+        Self { means: Means::of(&runs), scale: Means::of(b) }
+    }
+
+    /// Fails unless all are zero, as far as the runs can tell; or if they could not tell a relative bias of `detectable` of the
+    /// image.
+    pub fn assert_none(&self, what: &str, detectable: f64) {
+        for (i, (tile, scale)) in self.means.tiles.iter().zip(&self.scale.tiles).enumerate() {
+            tile.assert_zero(&format!("{what}, tile {i}"), scale.mean, TILES);
+        }
+        let (image, scale) = (self.means.image, self.scale.image.mean);
+        image.assert_zero(what, scale, IMAGES);
+        self.means.assert_sharp(what, image, scale, detectable);
+    }
+
+    /// That of the image means, relative to the second.
+    pub fn image(&self) -> f64 {
+        self.means.image.mean / self.scale.image.mean
+    }
+
+    /// The smallest relative bias of the image mean that is seen.
+    pub fn detectable(&self) -> f64 {
+        self.means.image.detectable() / self.scale.image.mean
+    }
+
+    /// The variance of the difference of the image means.
+    pub fn variance(&self) -> f64 {
+        self.means.variance()
+    }
+}
+
 /// The images with one of their channels for all three.
 pub fn channel(images: &[Image], channel: usize) -> Vec<Image> {
     let grey = |image: &Image| Image {

@@ -1,10 +1,13 @@
 //! Rung 3 on the scenes of `scenes/`: pt = bpt, on the mean of the image and of each tile.
 //!
+//! The two are compared run by run, each pair with the same seed: a camera walk draws the same numbers whatever is joined to
+//! it, so the noise that both have (of lamps that are hit by chance, say) is not in the difference.
+//!
 //! A short run is part of the suite. `TYNDALL_STUDY=1` asks for the long one (scripts/README.md), in which every scene
 //! gets as many iterations as are needed to see a bias of 0.5% of the image mean, in [`MOST`] seconds at most, or in
 //! `TYNDALL_STUDY_SECONDS`; `TYNDALL_STUDY=candle` for the cases whose name begins so, and no others.
 
-use crate::measure::{Means, Runs};
+use crate::measure::{Differences, Means, Runs};
 use glam::UVec2;
 use std::path::Path;
 use tyndall::scene::Scene;
@@ -49,8 +52,8 @@ impl Case {
 }
 
 /// The lamp of mirror-caustic is so small that camera paths all but never find it through the glass, which is what the
-/// scene is for, but also why its mean would take days to tell to 0.5%. So there is a variant in which the lamp has 49
-/// times the area and the same power.
+/// scene is for, but also why a short run tells next to nothing of it. So there is a variant in which the lamp has 49 times
+/// the area and the same power.
 const LARGE_LAMP: Variant = (
     "large lamp",
     &[
@@ -130,14 +133,15 @@ fn our_scenes_agree() {
 }
 
 impl Case {
-    fn runs<'s>(&self, scene: &'s Scene, which: usize) -> Runs<'s> {
-        let set = TechniqueSet::parse(self.sets[which].split(',')).expect("known names");
-        Runs::new(scene, &Settings { max_length: 16, seed: 1 + which as u64, ..Settings::new(set) }, RUNS)
+    /// Both sets go by the same seeds, see [`Differences`].
+    fn runs<'s>(&self, scene: &'s Scene, set: &str) -> Runs<'s> {
+        let set = TechniqueSet::parse(set.split(',')).expect("known names");
+        Runs::new(scene, &Settings { max_length: 16, seed: 1, ..Settings::new(set) }, RUNS)
     }
 
     fn agrees(&self, study: bool) {
         let scene = self.load();
-        let mut pair = [0, 1].map(|which| self.runs(&scene, which));
+        let mut pair = self.sets.map(|set| self.runs(&scene, set));
         pair.iter_mut().for_each(|runs| runs.extend(PILOT));
         self.compare(&pair, f64::INFINITY);
         if study {
@@ -149,24 +153,25 @@ impl Case {
     }
 
     fn compare(&self, pair: &[Runs; 2], detectable: f64) {
-        let [a, b] = means(pair);
+        let differences = differences(pair);
         let what = format!("{}, {} and {} iterations", self.name(), pair[0].iterations, pair[1].iterations);
         let seconds = pair[0].seconds + pair[1].seconds;
-        println!("{what}, {seconds:.0} s: {:+.5}, detectable {:.5}", a.difference(&b), a.detectable(&b));
-        a.assert_same(&b, &what, detectable);
+        let (off, seen) = (differences.image(), differences.detectable());
+        println!("{what}, {seconds:.0} s: {off:+.5}, detectable {seen:.5}");
+        differences.assert_none(&what, detectable);
     }
 }
 
-fn means(pair: &[Runs; 2]) -> [Means; 2] {
-    [0, 1].map(|which| Means::of(&pair[which].images()))
+fn differences(pair: &[Runs; 2]) -> Differences {
+    let [a, b] = [0, 1].map(|which| pair[which].images());
+    Differences::of(&a, &b)
 }
 
 /// Extends both until they tell a bias of [`SMALLEST`], or `most` seconds have gone: says whether they do. How far
 /// each goes only the variances and the costs say. Prints what they have come to tell after each part.
 fn sharpen(name: &str, pair: &mut [Runs; 2], most: f64) -> bool {
     loop {
-        let [a, b] = means(pair);
-        let seen = a.detectable(&b);
+        let seen = differences(pair).detectable();
         let spent = pair[0].seconds + pair[1].seconds;
         let left = most - spent;
         println!(
@@ -176,17 +181,34 @@ fn sharpen(name: &str, pair: &mut [Runs; 2], most: f64) -> bool {
         if seen <= SMALLEST || left <= 0.0 {
             return seen <= SMALLEST;
         }
-        // Of the sum of the variances v / n for n c seconds, the least is where n ∝ √(v / c).
-        let allowed = (a.variance() + b.variance()) * (SMALLEST / seen).powi(2) / 1.1;
-        let cost = |runs: &Runs| runs.seconds / runs.iterations as f64;
-        let variance = [a, b].map(|means| means.variance());
-        let roots = [0, 1].map(|k| (variance[k] * pair[k].iterations as f64 * cost(&pair[k])).sqrt());
-        let both = roots[0] + roots[1];
-        for (runs, root) in pair.iter_mut().zip(roots) {
-            let needed = root / cost(runs) * both / allowed;
-            let affordable = runs.iterations as f64 + left * root / both / cost(runs);
-            let to = needed.min(affordable).min(FORESIGHT * runs.iterations as f64);
-            runs.extend(to.ceil() as u64);
+        let (ways, seconds) = ways(pair, (SMALLEST / seen).powi(2) / 1.1);
+        // What may be spent of what is wanted.
+        let share = (left / (seconds - spent).max(1e-9)).min(1.0);
+        for (runs, way) in pair.iter_mut().zip(ways) {
+            let had = runs.iterations as f64;
+            let to = had + ((way - had) * share).max(1.0);
+            runs.extend(to.min(FORESIGHT * had).ceil() as u64);
         }
     }
+}
+
+/// The iterations of each set after which the variance of their difference is this share of what it is, and the seconds that
+/// they take in all: as many of both, so that the noise they have in common goes out; or, if that is cheaper, as if none were
+/// common.
+fn ways(pair: &[Runs; 2], share: f64) -> ([f64; 2], f64) {
+    let had = [0, 1].map(|k| pair[k].iterations as f64);
+    let cost = [0, 1].map(|k| pair[k].seconds / had[k]);
+    let [a, b] = [0, 1].map(|k| Means::of(&pair[k].images()).variance());
+    let together = differences(pair).variance();
+    let allowed = together * share;
+    let seconds = |n: [f64; 2]| n[0] * cost[0] + n[1] * cost[1];
+    // Of the sum of the variances v / n for n c seconds, the least is where n ∝ √(v / c).
+    let roots = [(a * had[0] * cost[0]).sqrt(), (b * had[1] * cost[1]).sqrt()];
+    let apart = [0, 1].map(|k| roots[k] / cost[k] * (roots[0] + roots[1]) / allowed);
+    // Var(a - b) = v_a / n_a + v_b / n_b - 2 v_ab / max(n_a, n_b)
+    let most = had[0].max(had[1]);
+    let common = (a + b - together) * most;
+    let equal = [(a * had[0] + b * had[1] - common).max(0.0) / allowed; 2];
+    let best = if seconds(equal) < seconds(apart) { equal } else { apart };
+    (best, seconds(best))
 }
