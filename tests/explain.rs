@@ -85,7 +85,7 @@ fn replays_are_what_the_render_had() {
 #[test]
 fn a_pixel_is_explained() {
     let bench = Bench::new();
-    let (out, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 2");
+    let (out, _) = bench.succeed("explain small --pixel 12,13 --spp 16 --most 2");
     for part in [
         "paths contribute, a luminance of",
         "the 2 that contribute most:",
@@ -100,7 +100,7 @@ fn a_pixel_is_explained() {
     // The table's sum of weights is 1, both ways.
     let sum = out.lines().rfind(|l| l.trim_start().starts_with("sum")).unwrap();
     assert_eq!(sum.split_whitespace().collect::<Vec<_>>(), ["sum", "1.00000000", "1.00000000"]);
-    let (again, _) = bench.succeed("explain small --pixel 12,13 --spp 4 --most 2 --threads 1");
+    let (again, _) = bench.succeed("explain small --pixel 12,13 --spp 16 --most 2 --threads 1");
     assert_eq!(out, again);
     // The iteration that the layer of outliers names holds the largest sample.
     bench.succeed("render small --spp 4 --layers families --out small.exr");

@@ -50,6 +50,23 @@ impl Diffuse {
         Some(BsdfSample { to, weight, pdf, pdf_rev, specular: false })
     }
 
+    /// [`Self::sample`] of unit directions in world space about the unit normal `ns`.
+    #[inline(always)]
+    pub(super) fn sample_world(&self, uv: Vec2, ns: Vec3A, from: Vec3A, u: Vec2) -> Option<BsdfSample> {
+        let cos_from = from.dot(ns);
+        let side = 1f32.copysign(cos_from);
+        let to = warp::cosine_about(ns * side, u);
+        let (cos_to, cos_from) = (to.dot(ns) * side, cos_from.abs());
+        let weight = self.reflectance.eval(uv);
+        (cos_to >= GRAZING && cos_from >= GRAZING && !weight.is_black()).then(|| BsdfSample {
+            to,
+            weight,
+            pdf: warp::cosine_hemisphere_pdf(cos_to),
+            pdf_rev: warp::cosine_hemisphere_pdf(cos_from),
+            specular: false,
+        })
+    }
+
     #[inline]
     pub(super) fn albedo(&self, uv: Vec2) -> Rgb {
         self.reflectance.eval(uv)

@@ -41,7 +41,7 @@ pub use plastic::{Plastic, PlasticSettings};
 pub use sided::Sided;
 pub use thin::Thin;
 
-use crate::math::{Frame, Rgb};
+use crate::math::{Frame, Rgb, renormalized};
 use glam::{Vec2, Vec3A};
 
 /// What a walk carries.
@@ -203,7 +203,6 @@ impl Material {
 
     /// A direction to go on to. `u`: uniforms in [0, 1), for the lobe and for the direction. `None` where the
     /// sample scatters nothing: below the horizon, grazing, or black.
-    #[inline(always)]
     pub fn sample(
         &self,
         site: impl Into<Site>,
@@ -212,15 +211,6 @@ impl Material {
         u: (f32, Vec2),
     ) -> Option<BsdfSample> {
         let site = site.into();
-        match self {
-            // The commonest, without a call.
-            Self::Diffuse(m) => m.sample(site.uv, from, u.1),
-            other => other.sample_rarer(site, from, mode, u),
-        }
-    }
-
-    #[inline(never)]
-    fn sample_rarer(&self, site: Site, from: Vec3A, mode: Mode, u: (f32, Vec2)) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(m) => m.sample(site.uv, from, u.1),
             Self::Mirror(m) => m.sample(site.uv, from),
@@ -233,6 +223,37 @@ impl Material {
             Self::Sided(m) => m.sample(site, from, mode, u),
             Self::Null => Some(null::pass(from)),
         }
+    }
+
+    /// As [`Self::sample`], of unit directions in world space about the unit shading normal `ns`.
+    #[inline(always)]
+    pub fn sample_world(
+        &self,
+        site: Site,
+        ns: Vec3A,
+        from: Vec3A,
+        mode: Mode,
+        u: (f32, Vec2),
+    ) -> Option<BsdfSample> {
+        match self {
+            // The commonest, without a call and without a frame.
+            Self::Diffuse(m) => m.sample_world(site.uv, ns, from, u.1),
+            other => other.sample_rarer(site, ns, from, mode, u),
+        }
+    }
+
+    #[inline(never)]
+    fn sample_rarer(
+        &self,
+        site: Site,
+        ns: Vec3A,
+        from: Vec3A,
+        mode: Mode,
+        u: (f32, Vec2),
+    ) -> Option<BsdfSample> {
+        let frame = Frame::from_normal(ns);
+        let sample = self.sample(site, frame.to_local(from), mode, u)?;
+        Some(BsdfSample { to: renormalized(frame.to_world(sample.to)), ..sample })
     }
 
     /// An estimate of the share of light that is scattered at `uv`, a channel each: exact for diffuse and mirror, at

@@ -26,7 +26,15 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3A {
     Vec3A::new(d.x, d.y, (1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
-/// Density of [`cosine_hemisphere`] per solid angle; 0 below the horizon.
+/// Cosine-weighted on the hemisphere about the unit vector `n`, without a frame: toward a point of the sphere that touches the
+/// surface from above. Not a number where that point is the one that touches it.
+#[inline(always)]
+pub fn cosine_about(n: Vec3A, u: Vec2) -> Vec3A {
+    let v = n + uniform_sphere(u);
+    v * v.length_recip()
+}
+
+/// Density of [`cosine_hemisphere`] and of [`cosine_about`] per solid angle; 0 below the horizon.
 #[inline]
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI

@@ -12,6 +12,7 @@ use glam::Vec3A;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// All that `tyndall info` tells. Lengths in metres, areas in m², powers in W, memory in bytes.
 #[derive(Clone, Debug, Serialize)]
@@ -220,9 +221,9 @@ fn material_name(scene: &Scene, index: usize) -> String {
 }
 
 fn materials(scene: &Scene) -> Vec<MaterialInfo> {
-    let info = |(i, material): (usize, &Material)| MaterialInfo {
+    let info = |(i, material): (usize, &Arc<Material>)| MaterialInfo {
         name: material_name(scene, i),
-        kind: match material {
+        kind: match &**material {
             Material::Diffuse(_) => "diffuse",
             Material::Mirror(_) => "mirror",
             Material::Conductor(m) if m.is_rough() => "rough conductor",

@@ -18,6 +18,7 @@ use crate::light::{Light, LightPoint, Lights};
 use crate::medium::Medium;
 use glam::Vec3A;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Everything that is rendered. Immutable once made; shared by all threads.
 #[derive(Debug)]
@@ -29,9 +30,11 @@ pub struct Scene {
     /// All shapes.
     pub geometry: Geometry,
     /// All materials.
-    pub materials: Vec<Material>,
+    pub materials: Vec<Arc<Material>>,
     /// Index into `materials`, by shape.
     pub shape_materials: Vec<u32>,
+    /// By shape its material: what walks look up at each vertex, and with one index.
+    by_shape: Vec<Arc<Material>>,
     /// Names for people, by shape.
     pub shape_names: Vec<String>,
     /// All lights.
@@ -120,6 +123,6 @@ impl Scene {
     /// The material of a shape.
     #[inline]
     pub fn material(&self, shape: u32) -> &Material {
-        &self.materials[self.shape_materials[shape as usize] as usize]
+        &self.by_shape[shape as usize]
     }
 }

@@ -8,11 +8,11 @@ use super::pass::{Pass, other};
 use crate::bsdf::{Material, Mode, Site};
 use crate::camera::CameraRay;
 use crate::geometry::{Footing, Ray, SurfacePoint};
-use crate::math::{Frame, Rgb, Stream, renormalized};
+use crate::math::{Rgb, Stream};
 use crate::medium::{Passage, PhaseSample};
 pub use crate::scene::Place;
 use crate::scene::{Arrival, Collision, Inside, Scene};
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
 
 /// A subpath on its way from one vertex to the next.
 #[derive(Clone, Copy, Debug)]
@@ -476,12 +476,6 @@ fn leave<V: Visitor>(
     }
 }
 
-/// Whether the subpath survives Russian roulette.
-#[inline]
-fn survives(continuation: f32, random: &mut Stream) -> bool {
-    continuation >= 1.0 || random.next_1d() < continuation
-}
-
 #[inline(always)]
 fn leave_surface<V: Visitor>(
     scene: &Scene,
@@ -494,16 +488,16 @@ fn leave_surface<V: Visitor>(
 ) -> bool {
     let from = vertex.to_previous;
     let continuation = vertex.continuation;
-    if !survives(continuation, random) {
+    // Russian roulette.
+    let Vec2 { x: survival, y: lobe } = random.next_2d();
+    if survival >= continuation {
         return false;
     }
     let material: &Material = scene.material(point.shape);
-    let frame = Frame::from_normal(point.ns);
-    let local_from = frame.to_local(from);
-    let u = (random.next_1d(), random.next_2d());
     let site = Site { uv: point.uv, outside: vertex.outside };
-    let Some(sample) = material.sample(site, local_from, V::MODE, u) else { return false };
-    let dir = renormalized(frame.to_world(sample.to));
+    let u = (lobe, random.next_2d());
+    let Some(sample) = material.sample_world(site, point.ns, from, V::MODE, u) else { return false };
+    let dir = sample.to;
     if !consistent(point, dir) {
         return false;
     }
@@ -511,7 +505,7 @@ fn leave_surface<V: Visitor>(
     let adjoint = match V::MODE {
         Mode::Radiance => 1.0,
         // [Veach 1997, 5.3.2]: |wl·ns| |wc·ng| / (|wl·ng| |wc·ns|)
-        Mode::Importance => (local_from.z * cosine / (from.dot(point.ng) * sample.to.z)).abs(),
+        Mode::Importance => (from.dot(point.ns) * cosine / (from.dot(point.ng) * dir.dot(point.ns))).abs(),
     };
     let sum = if V::ALONE {
         Pending::NONE
@@ -552,10 +546,11 @@ fn leave_collision<V: Visitor>(
     let medium = &scene.media[collision.medium as usize];
     let indexed = (collision.medium, medium);
     let continuation = pass.continuation(V::MODE, indexed, &collision.coefficients);
-    if !survives(continuation, random) {
+    let Vec2 { x: survival, y: choice } = random.next_2d();
+    if survival >= continuation {
         return false;
     }
-    let u = (random.next_1d(), random.next_2d());
+    let u = (choice, random.next_2d());
     let PhaseSample { to: dir, pdf: phase, reverse: phase_back, weight } =
         medium.sample_phase(collision.p, vertex.to_previous, u);
     let sum = if V::ALONE {

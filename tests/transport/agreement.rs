@@ -30,7 +30,7 @@ fn surfaces_agree() {
 
 #[test]
 fn glass_agrees() {
-    agree("glass", 96, 0.02, &["bpt", "hit,connect", "hit,lens"]);
+    agree("glass", 128, 0.02, &["bpt", "hit,connect", "hit,lens"]);
 }
 
 #[test]

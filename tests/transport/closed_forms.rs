@@ -13,7 +13,7 @@ fn the_furnace_is_one_for_every_set() {
         for techniques in TechniqueSet::connections() {
             let expected = furnace_radiance(techniques, 10);
             let settings = Settings { heuristic, max_length: 10, ..Settings::new(techniques) };
-            let means = Means::of(&runs(&scene, &settings, 16, 96));
+            let means = Means::of(&runs(&scene, &settings, 16, 128));
             means.assert_mean(&format!("furnace {techniques} {heuristic:?}"), expected, 0.025);
         }
     }

@@ -183,7 +183,7 @@ fn a_wall_takes_the_part_of_the_kernel_behind_it() {
             let grey = |dir: Vec3A| [lost.radiance(name, dir.as_dvec3().normalize()); 3];
             let exact = 1.0 - image_means(&[expected(&scene, grey)])[0];
             let settings = settings(TechniqueSet::of(preset.techniques), merging, 120);
-            let (mean, error) = losses("sigma_s = 1", 8, &settings, 4);
+            let (mean, error) = losses("sigma_s = 1", 8, &settings, 6);
             println!(
                 "{name} at a wall, {:?}, r = {radius}: {mean:.5} ± {error:.5}, expected {exact:.5}",
                 merging.kernel

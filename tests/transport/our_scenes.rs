@@ -20,6 +20,9 @@ struct Case {
     sets: [&'static str; 2],
     /// What is changed in the scene file.
     variant: Option<Variant>,
+    /// Whether a short run says something: where what differs between the sets is made by paths that few runs of it meet, their
+    /// mean and its error are both too small.
+    told_soon: bool,
 }
 
 /// A word for a change of a scene, and what it puts in the place of which pieces of the file.
@@ -27,7 +30,7 @@ type Variant = (&'static str, &'static [[&'static str; 2]]);
 
 impl Case {
     const fn new(scene: &'static str, sets: [&'static str; 2]) -> Self {
-        Self { scene, sets, variant: None }
+        Self { scene, sets, variant: None, told_soon: true }
     }
 
     fn load(&self) -> Scene {
@@ -89,7 +92,7 @@ const CASES: [Case; 21] = [
     Case::new("veach-room", ["pt", "bpt"]),
     Case::new("vessels", ["pt", "bpt"]),
     Case::new("lights", ["pt", "bpt"]),
-    Case::new("mirror-caustic", ["pt", "bpt"]),
+    Case { told_soon: false, ..Case::new("mirror-caustic", ["pt", "bpt"]) },
     Case::new("fog-cornell", ["pt", "bpt"]),
     Case::new("fog-cornell", ["lt", "bpt"]),
     Case::new("medium-balls", ["pt", "bpt"]),
@@ -143,7 +146,9 @@ impl Case {
         let scene = self.load();
         let mut pair = self.sets.map(|set| self.runs(&scene, set));
         pair.iter_mut().for_each(|runs| runs.extend(PILOT));
-        self.compare(&pair, f64::INFINITY);
+        if self.told_soon {
+            self.compare(&pair, f64::INFINITY);
+        }
         if study {
             let told =
                 std::env::var("TYNDALL_STUDY_SECONDS").map(|text| text.parse().expect("a number of seconds"));

@@ -2,7 +2,7 @@
 
 use super::table::*;
 use crate::bsdf::*;
-use crate::math::{Rgb, Stream};
+use crate::math::{Frame, Rgb, Stream};
 use glam::{Vec2, Vec3A};
 
 /// Equal up to `relative`, and to a millionth of the larger scale of things.
@@ -61,6 +61,48 @@ fn a_sample_says_what_evaluate_says() {
             }
         }
         assert!(made > 10_000, "{}: {made}", row.name);
+    }
+}
+
+#[test]
+fn a_sample_in_the_world_says_what_evaluate_says_there() {
+    let frame = Frame::from_normal(tilted());
+    for row in smooth() {
+        let mut s = stream(11);
+        let mut made = 0;
+        for _ in 0..5000 {
+            let (local, u) = (any_direction(&mut s), uniforms(&mut s));
+            let from = frame.to_world(local);
+            for mode in [Mode::Radiance, Mode::Importance] {
+                let sample = row.material.sample_world(UV.into(), frame.n, from, mode, u);
+                let Some(b) = sample.filter(|b| !b.specular) else { continue };
+                made += 1;
+                let (wl, wc) = mode.order(from, b.to);
+                let value = row.material.evaluate_world(UV.into(), frame.n, wl, wc);
+                let tolerance = tolerance_between(&row, local, frame.to_local(b.to));
+                let what = || format!("{} {mode:?} from {from} to {}: {b:?} {value:?}", row.name, b.to);
+                assert!(b.to.is_normalized(), "{}", what());
+                let cosine = b.to.dot(frame.n).abs();
+                assert!(close_rgb(b.weight * b.pdf, value.f * cosine, tolerance), "{}", what());
+                assert!(close(value.pdfs(mode).0, b.pdf, tolerance), "{}", what());
+                assert!(close(value.pdfs(mode).1, b.pdf_rev, tolerance), "{}", what());
+            }
+        }
+        assert!(made > 2500, "{}: {made}", row.name);
+    }
+}
+
+#[test]
+fn where_the_sphere_of_directions_touches_a_diffuse_surface_nothing_is_sampled() {
+    let row =
+        all().into_iter().find(|row| matches!(row.material, Material::Diffuse(_))).expect("it is listed");
+    // u.x = 0 is the pole +z of the sphere, which touches what is seen from below, whichever way its normal points.
+    let from = direction(-0.9, 0.3);
+    for ns in [Vec3A::Z, -Vec3A::Z] {
+        let sample = |u| row.material.sample_world(UV.into(), ns, from, Mode::Radiance, (0.5, u));
+        assert_eq!(sample(Vec2::ZERO), None);
+        let beside = sample(Vec2::new(1e-6, 0.3)).expect("a direction all but along the surface");
+        assert!(beside.to.z < 0.0 && beside.to.z > -0.01 && beside.to.is_normalized(), "{beside:?}");
     }
 }
 

@@ -111,10 +111,14 @@ fn p_value(material: &Material, from: Vec3A, cap: &Cap, pdf: impl Fn(Vec3A) -> f
     assert!(inside < 1.002, "a density integrates to {inside}");
     let mut counts = vec![0f64; RINGS * SECTORS];
     let mut s = stream(seed);
+    // As walks sample: in the world, where the surface is tilted.
+    let shading = Frame::from_normal(tilted());
+    let world = shading.to_world(from);
     for _ in 0..SAMPLES {
         let u = (s.next_1d(), s.next_2d());
-        let sample = material.sample(UV, from, Mode::Radiance, u).filter(|b| !b.specular);
-        if let Some(cell) = sample.and_then(|b| cap.cell(b.to)) {
+        let sample = material.sample_world(UV.into(), shading.n, world, Mode::Radiance, u);
+        let to = sample.filter(|b| !b.specular).map(|b| shading.to_local(b.to));
+        if let Some(cell) = to.and_then(|to| cap.cell(to)) {
             counts[cell] += 1.0;
         }
     }

@@ -173,6 +173,11 @@ pub fn direction(cos: f32, phi: f32) -> Vec3A {
     Vec3A::new(sin * phi.cos(), sin * phi.sin(), cos)
 }
 
+/// A normal that is along no axis.
+pub fn tilted() -> Vec3A {
+    Vec3A::new(0.48, -0.6, -0.64)
+}
+
 /// Steep, oblique and grazing, from outside and from inside.
 pub fn directions() -> [Vec3A; 6] {
     [(0.95, 0.3), (0.6, 2.0), (0.05, -1.0), (-0.9, 0.7), (-0.5, -2.5), (-0.1, 1.2)]

@@ -36,6 +36,7 @@ use schema::{RenderDef, SceneFile};
 use shapes::Shapes;
 use source::Source;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use textures::Textures;
 
 /// What the command line or an experiment changes about a scene.
@@ -172,13 +173,15 @@ fn build(source: &Source, assets: &Assets, overrides: &Overrides) -> Result<Scen
         texture_bytes: textures.bytes(),
         defaults,
     };
+    let all_materials: Vec<_> = materials.all.into_iter().map(Arc::new).collect();
     let (media, camera_inside) = (media.all, solids.at(&geometry, camera.near_point()));
     let light_inside = lights.lights().iter().map(|l| inside_of_light(l, &solids, &geometry)).collect();
     Ok(Scene {
         name: file.name.unwrap_or_else(|| name_of(source.path())),
         camera,
         geometry,
-        materials: materials.all,
+        by_shape: shape_materials.iter().map(|m| Arc::clone(&all_materials[*m as usize])).collect(),
+        materials: all_materials,
         shape_materials,
         shape_names,
         lights,
