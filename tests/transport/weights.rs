@@ -9,9 +9,9 @@ use tyndall::scene::Scene;
 use tyndall::transport::mis::{Link, Pending, connection_weight};
 use tyndall::transport::{Heuristic, Settings, Technique, TechniqueSet};
 
-/// Shortest edges that are compared (metres). Positions are rounded to 1e-7, so of an edge of a millimetre the direction is known
+/// Shortest edges of which f32 is compared (metres). Positions are rounded to 1e-7, so of an edge of a millimetre the direction is known
 /// to 1e-4, and on which side of a surface an end lies need not be the same for f32 and f64.
-const LEAST_EDGE: f32 = 0.005;
+const LEAST_EDGE: f32 = 0.002;
 /// Largest relative difference that f32 arithmetic explains.
 const TOLERANCE_F32: f64 = 1e-3;
 /// The recursion in f64 on the oracle's own densities.
@@ -72,9 +72,6 @@ pub fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) ->
         for y in (0..size.y).step_by(3) {
             for x in (0..size.x).step_by(3) {
                 for traced in trace_pixel(scene, settings, iteration, UVec2::new(x, y)) {
-                    if !edges_are_longer(scene, &traced.path, LEAST_EDGE) {
-                        continue;
-                    }
                     let sample = &traced.sample;
                     let s = sample.s as usize;
                     let verdict = judge(scene, &pass, &traced.path, traced.made_by());
@@ -83,6 +80,9 @@ pub fn check(name: &str, scene: &Scene, settings: &Settings, iterations: u64) ->
                     };
                     let sum: f64 = verdict.techniques().map(|t| verdict.weight(t, beta)).sum();
                     assert!((sum - 1.0).abs() < 1e-9, "weights sum to {sum}: {}", what());
+                    if !edges_are_longer(scene, &traced.path, LEAST_EDGE) {
+                        continue;
+                    }
                     let weight = verdict.weight(traced.made_by(), beta);
                     let difference = (f64::from(sample.weight) - weight).abs();
                     assert!(difference <= TOLERANCE_F32 * weight, "weight {weight}: {}", what());
