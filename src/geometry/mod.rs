@@ -34,7 +34,7 @@ mod triangle;
 
 pub use aabb::Aabb;
 pub use mesh::TriangleMesh;
-pub use ray::{Footing, Ray, offset_origin, shadow_ray, shadow_ray_along};
+pub use ray::{Ends, Footing, Ray, offset_origin, shadow_ray, shadow_ray_along};
 pub use shape::{Hit, ShapeDesc, SurfacePoint};
 pub use stats::{Gap, ShapeKind, ShapeStats};
 
@@ -144,12 +144,16 @@ impl Geometry {
                     None => self.on_triangle(prim, barycentric, p).parts(),
                 }
             }
-            _ => self.other_point(bvh, ray, &found).parts(),
+            Leaf::Sphere(i) => {
+                let (sphere, prim) = &bvh.spheres[i];
+                sphere.point_at(ray, found.t, self.shape_of[*prim as usize], *prim).parts()
+            }
+            Leaf::Block(_) | Leaf::Disc(_) => self.other_point(bvh, ray, &found).parts(),
         };
         Some(Hit { t: found.t, point: SurfacePoint { p, ng, ns, uv, shape, prim } })
     }
 
-    /// The point of a hit on anything but a parallelogram.
+    /// The point of a hit on a triangle or a disc.
     #[inline(never)]
     fn other_point(&self, bvh: &Bvh, ray: &Ray, found: &Found) -> SurfacePoint {
         match found.child.leaf() {
@@ -159,11 +163,7 @@ impl Geometry {
                 let p = Span::of(block.corners(found.lane)).at(found.at);
                 self.on_triangle(prim, found.at, p)
             }
-            Leaf::Parallelograms(_) => unreachable!("asked of what is no parallelogram"),
-            Leaf::Sphere(i) => {
-                let (sphere, prim) = &bvh.spheres[i];
-                sphere.point_at(ray, found.t, self.shape_of[*prim as usize], *prim)
-            }
+            Leaf::Parallelograms(_) | Leaf::Sphere(_) => unreachable!("asked of triangles and discs"),
             Leaf::Disc(i) => {
                 let (disc, prim) = &bvh.discs[i];
                 disc.point(ray.at_exactly(found.t), self.shape_of[*prim as usize], *prim)

@@ -223,7 +223,8 @@ impl<L: Lanes> Test<L> {
         let (nearest_all, one) = (L::splat(nearest), L::splat(1.0));
         let rate = linear(&self.height, &dir);
         let height = affine(&self.height, &origin);
-        let (from, to) = (L::splat(ray.ends[0]), L::splat(ray.ends[1]));
+        let [from, to] = ray.ends.keys();
+        let (from, to) = (L::splat(from), L::splat(to));
         let mut out = self.keys[0].equals(from) | self.keys[1].equals(from);
         let size = ray.origin.abs().max_element() + if ANY { nearest } else { 0.0 };
         let reach = self.reach + L::splat(size * ROUNDING);

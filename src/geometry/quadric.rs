@@ -158,20 +158,20 @@ impl Sphere {
     }
 
     /// Position and unit normal in the direction `n` from the centre (any length but 0).
-    #[inline]
+    #[inline(always)]
     pub(super) fn place(&self, n: DVec3) -> (Vec3A, Vec3A) {
         let n = n.normalize();
         ((self.centre.as_dvec3() + n * f64::from(self.radius)).as_vec3a(), n.as_vec3a())
     }
 
     /// The point that a ray meets at the distance `t`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn point_at(&self, ray: &Ray, t: f32, shape: u32, prim: u32) -> SurfacePoint {
         self.point(ray.at_exactly(t) - self.centre.as_dvec3(), shape, prim)
     }
 
     /// The point of the sphere in the direction `n` from its centre (any length but 0).
-    #[inline]
+    #[inline(always)]
     pub(super) fn point(&self, n: DVec3, shape: u32, prim: u32) -> SurfacePoint {
         let (p, ng) = self.place(n);
         let turn = turns(ng.z, ng.x);

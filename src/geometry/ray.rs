@@ -17,9 +17,32 @@ pub struct Ray {
     pub dir: Vec3A,
     /// Hits at this distance or further do not count (metres).
     pub t_max: f32,
-    /// What it starts on, and what it ends on where it ends: flat things, which it need not be tested against. See
-    /// [`Footing::key`]; 0 for nothing.
-    pub ends: [f32; 2],
+    /// What it starts on, and what it ends on where it ends: flat things, which it need not be tested against.
+    pub ends: Ends,
+}
+
+/// What a ray starts on and what it ends on, each by its [`Footing::key`].
+///
+/// In one word: a ray is written just before it is read, and a processor that reads two numbers at once which were written one
+/// by one waits until both have left its store buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ends(u64);
+
+impl Ends {
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+
+    /// What has these keys.
+    #[inline(always)]
+    pub(crate) fn new(from: f32, to: f32) -> Self {
+        Self(u64::from(from.to_bits()) | u64::from(to.to_bits()) << 32)
+    }
+
+    /// The keys of both.
+    #[inline(always)]
+    pub(crate) fn keys(self) -> [f32; 2] {
+        [self.0 as u32, (self.0 >> 32) as u32].map(f32::from_bits)
+    }
 }
 
 /// The surface that an end of a ray lies on.
@@ -44,7 +67,7 @@ impl Footing {
     /// The ray from `p` on the surface in the unit direction `dir`, started just off the surface on that side.
     #[inline]
     pub fn spawn(&self, p: Vec3A, dir: Vec3A) -> Ray {
-        let ends = [Self::key(self.prim), 0.0];
+        let ends = Ends::new(Self::key(self.prim), 0.0);
         Ray { ends, ..Ray::new(offset_origin(p, self.normal, dir), dir) }
     }
 }
@@ -53,7 +76,7 @@ impl Ray {
     /// A ray without an end. `dir` is a unit vector.
     #[inline]
     pub fn new(origin: Vec3A, dir: Vec3A) -> Self {
-        Self { origin, dir, t_max: f32::INFINITY, ends: [0.0; 2] }
+        Self { origin, dir, t_max: f32::INFINITY, ends: Ends::NONE }
     }
 
     /// The point at distance `t`.
@@ -116,7 +139,7 @@ pub fn shadow_ray_along([(p0, on0), (p1, on1)]: [(Vec3A, Option<Footing>); 2], i
     } else {
         unit(segment)
     };
-    Ray { origin, dir, t_max: distance * (1.0 - 2.0 * OFFSET), ends: [from, to] }
+    Ray { origin, dir, t_max: distance * (1.0 - 2.0 * OFFSET), ends: Ends::new(from, to) }
 }
 
 /// Unit direction and length; of nothing any direction.

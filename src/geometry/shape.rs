@@ -8,7 +8,11 @@ use super::transform;
 use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 /// A point on a surface.
+///
+/// The order is one that [`crate::scene::Collision`] fits: where a flight leads to either, the parts in which the compiler moves
+/// what the two have in common are the parts in which this is written. What is written otherwise than it is read is waited for.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct SurfacePoint {
     /// Position, within a rounding of f32 of the true surface (metres).
     pub p: Vec3A,
@@ -16,10 +20,10 @@ pub struct SurfacePoint {
     pub ng: Vec3A,
     /// Unit shading normal, in the hemisphere of `ng`.
     pub ns: Vec3A,
-    /// Texture coordinates.
-    pub uv: Vec2,
     /// Which shape, by its place in the list that the geometry was built from.
     pub shape: u32,
+    /// Texture coordinates.
+    pub uv: Vec2,
     /// Which primitive, counted over all shapes.
     pub prim: u32,
 }

@@ -140,7 +140,7 @@ impl Lights {
     }
 
     /// The start of a light subpath, on a light that is drawn from `starts`. `None` with probability about zero (rounding).
-    #[inline]
+    #[inline(always)]
     pub fn sample_emission(
         &self,
         geometry: &Geometry,

@@ -133,8 +133,8 @@ impl<'a> Renderer<'a> {
         if !self.gains_from_many() {
             return indices.map(|index| self.iteration(index, film)).sum();
         }
-        // Without light subpaths a pixel's samples hang on no other's: so each tile of the film stays at hand
-        // until it has those of all the iterations.
+        // Without light subpaths a pixel's samples hang on no other's: so each pixel gets those of all the iterations while it
+        // is at hand.
         let passes: Vec<Pass> = indices.map(|index| self.pass(index)).collect();
         let (scene, origin) = (self.scene, UVec2::from(film.origin()));
         film.iterate(passes.len(), |band| trace_band(scene, &passes, &[], None, origin, band));
@@ -195,7 +195,8 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The camera subpaths of a band's pixels, in one iteration after the other.
+/// The camera subpaths of a band's pixels: of each pixel one in every iteration, one after the other, as they see much the same
+/// and what is kept of the pixel is at hand then.
 fn trace_band(
     scene: &Scene,
     passes: &[Pass],
@@ -204,39 +205,28 @@ fn trace_band(
     origin: UVec2,
     band: &mut Band,
 ) {
+    let connect = passes.first().is_some_and(|pass| pass.on(Technique::Connect));
+    let frame_width = scene.camera.size().x as usize;
     for left in (0..band.width).step_by(TILE) {
         let columns = left..(left + TILE).min(band.width);
-        for (number, pass) in passes.iter().enumerate() {
-            band.begin(number);
-            trace_tile(scene, pass, chunks, photons, origin, columns.clone(), band);
-        }
-    }
-}
-
-/// Those of some columns, in one iteration.
-fn trace_tile(
-    scene: &Scene,
-    pass: &Pass,
-    chunks: &[Stored],
-    photons: Option<&Photons>,
-    origin: UVec2,
-    columns: Range<usize>,
-    band: &mut Band,
-) {
-    let connect = pass.on(Technique::Connect);
-    let frame_width = scene.camera.size().x as usize;
-    for row in 0..band.rows() {
-        for column in columns.clone() {
-            let pixel = origin + UVec2::new(column as u32, (band.first_row + row) as u32);
-            let partner = pixel.y as usize * frame_width + pixel.x as usize;
-            let vertices =
-                if connect { chunks[partner / CHUNK as usize].path(partner % CHUNK as usize) } else { &[] };
-            let place = row * band.width + column;
-            band.expect_pixel(place);
-            let mut sink = PixelSink { pixel: place, band };
-            let partners = Partners { vertices, photons };
-            camera_path::trace(scene, pass, pixel, partners, &mut sink);
-            band.settle(place);
+        for row in 0..band.rows() {
+            for column in columns.clone() {
+                let pixel = origin + UVec2::new(column as u32, (band.first_row + row) as u32);
+                let partner = pixel.y as usize * frame_width + pixel.x as usize;
+                let vertices = if connect {
+                    chunks[partner / CHUNK as usize].path(partner % CHUNK as usize)
+                } else {
+                    &[]
+                };
+                let place = row * band.width + column;
+                band.expect_pixel(place);
+                for (number, pass) in passes.iter().enumerate() {
+                    band.begin(number);
+                    let mut sink = PixelSink { pixel: place, band };
+                    camera_path::trace(scene, pass, pixel, Partners { vertices, photons }, &mut sink);
+                    band.settle(place);
+                }
+            }
         }
     }
 }

@@ -132,7 +132,7 @@ impl Bvh {
 mod tests {
     use super::super::lanes::eight;
     use super::super::mesh::TriangleMesh;
-    use super::super::ray::{Footing, Ray};
+    use super::super::ray::{Ends, Footing, Ray};
     use super::super::triangle::Shear;
     use super::{Bvh, Parallelogram, Primitive, Sphere};
     use crate::math::{Stream, StreamKind, warp};
@@ -222,7 +222,8 @@ mod tests {
             for _ in 0..5_000 {
                 let [origin, dir] = [0, 1].map(|_| warp::uniform_sphere(s.next_2d()));
                 let t_max = if s.next_1d() < 0.5 { f32::INFINITY } else { 2.0 * s.next_1d() };
-                let ends = [0, 1].map(|_| Footing::key((s.next_1d() * 2.0 * faces as f32) as u32));
+                let [from, to] = [0, 1].map(|_| Footing::key((s.next_1d() * 2.0 * faces as f32) as u32));
+                let ends = Ends::new(from, to);
                 let ray = Ray { t_max, ends, ..Ray::new(0.3 * origin, dir) };
                 let (found, expected) = (wide.closest(&ray), narrow.closest(&ray));
                 assert_eq!(format!("{found:?}"), format!("{expected:?}"));

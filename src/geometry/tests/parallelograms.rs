@@ -247,14 +247,14 @@ fn rays_know_what_they_start_and_end_on() {
                     continue;
                 }
                 let ray = shadow_ray(a.p, Some(a.footing()), b.p, Some(b.footing()));
-                assert_eq!(ray.ends.map(|e| e > 0.0), [true; 2]);
-                let bare = Ray { ends: [0.0; 2], ..ray };
+                assert_eq!(ray.ends.keys().map(|e| e > 0.0), [true; 2]);
+                let bare = Ray { ends: Ends::NONE, ..ray };
                 let hit = geometry.occluded(&ray);
                 assert_eq!(hit, geometry.occluded(&bare), "{ray:?}");
                 *if hit { &mut occluded } else { &mut clear } += 1;
                 let ray = a.spawn(direction(&mut s));
                 let [t, bare] =
-                    [ray, Ray { ends: [0.0; 2], ..ray }].map(|ray| geometry.intersect(&ray).map(|h| h.t));
+                    [ray, Ray { ends: Ends::NONE, ..ray }].map(|ray| geometry.intersect(&ray).map(|h| h.t));
                 assert_eq!(t, bare, "{ray:?}");
             }
         }
@@ -268,7 +268,7 @@ fn what_a_ray_starts_on_is_told_by_its_number() {
     let geometry = Geometry::build(vec![ShapeDesc::Mesh(TriangleMesh::unit_square())]);
     let above = Ray::new(Vec3A::new(0.2, 0.1, 1.0), -Vec3A::Z);
     let meets = |ends: [f32; 2], t_max: f32| {
-        let ray = Ray { ends, t_max, ..above };
+        let ray = Ray { ends: Ends::new(ends[0], ends[1]), t_max, ..above };
         (geometry.intersect(&ray).is_some(), geometry.occluded(&ray))
     };
     let key = Footing::key;
