@@ -165,6 +165,8 @@ impl Film {
             .into_par_iter()
             .zip(pixels)
             .enumerate()
+            // Else rayon hands out several bands as one, and a thread waits while another has some left.
+            .with_max_len(1)
             .map_init(Vec::new, |splats, (index, (sums, (squares, outliers)))| {
                 splats.resize(squares.len(), [0.0; 3]);
                 let mut band = Band {

@@ -180,7 +180,8 @@ impl<'a> Renderer<'a> {
         let window = Window { origin: film.origin(), width: film.size().0, height: film.size().1 };
         let bands = film.bands();
         self.chunks.resize_with(paths.div_ceil(CHUNK) as usize, Stored::default);
-        self.chunks.par_iter_mut().enumerate().for_each(|(number, chunk)| {
+        // One by one, as a film's bands.
+        self.chunks.par_iter_mut().enumerate().with_max_len(1).for_each(|(number, chunk)| {
             chunk.clear(bands);
             let first = number as u64 * CHUNK;
             let mut splats = std::mem::take(&mut chunk.splats);
